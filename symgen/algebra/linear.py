@@ -1,0 +1,131 @@
+"""Vectors and matrices over any number type: tuples of scalars, and plain functions.
+
+A scalar is anything with ``+ - *`` (and ``/`` where a formula divides): float, Fraction,
+SymPy expression, CasADi SX, element of GF(p), node of the exact graph. The int 0 is the zero
+of every number type; sums skip it, so that structural zeros cost nothing in any of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+Scalar = Any
+Vec = tuple[Scalar, ...]
+Mat = tuple[Vec, ...]
+"""A tuple of rows."""
+
+ZERO: Vec = (0, 0, 0)
+IDENTITY: Mat = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+
+
+def is_zero(x: Scalar) -> bool:
+    """True for a structural zero: the int or rational 0, whatever the number type of the rest."""
+    return type(x) is int and x == 0
+
+
+def add(x: Scalar, y: Scalar) -> Scalar:
+    if is_zero(x):
+        return y
+    return x if is_zero(y) else x + y
+
+
+def sub(x: Scalar, y: Scalar) -> Scalar:
+    if is_zero(y):
+        return x
+    return -y if is_zero(x) else x - y
+
+
+def mul(x: Scalar, y: Scalar) -> Scalar:
+    if is_zero(x) or is_zero(y):
+        return 0
+    if type(x) is int and x == 1:
+        return y
+    if type(y) is int and y == 1:
+        return x
+    return x * y
+
+
+def total(terms: Iterable[Scalar]) -> Scalar:
+    result: Scalar = 0
+    for term in terms:
+        result = add(result, term)
+    return result
+
+
+def dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
+    return total(mul(x, y) for x, y in zip(a, b, strict=True))
+
+
+def vadd(a: Vec, b: Vec) -> Vec:
+    return tuple(add(x, y) for x, y in zip(a, b, strict=True))
+
+
+def vsub(a: Vec, b: Vec) -> Vec:
+    return tuple(sub(x, y) for x, y in zip(a, b, strict=True))
+
+
+def vneg(a: Vec) -> Vec:
+    return tuple(sub(0, x) for x in a)
+
+
+def scale(s: Scalar, a: Vec) -> Vec:
+    return tuple(mul(s, x) for x in a)
+
+
+def cross(a: Vec, b: Vec) -> Vec:
+    """a × b."""
+    return (
+        sub(mul(a[1], b[2]), mul(a[2], b[1])),
+        sub(mul(a[2], b[0]), mul(a[0], b[2])),
+        sub(mul(a[0], b[1]), mul(a[1], b[0])),
+    )
+
+
+def skew(a: Vec) -> Mat:
+    """The matrix ã with ã b = a × b (the paper's D for d, U for u)."""
+    return ((0, sub(0, a[2]), a[1]), (a[2], 0, sub(0, a[0])), (sub(0, a[1]), a[0], 0))
+
+
+def transpose(m: Mat) -> Mat:
+    return tuple(zip(*m, strict=True))
+
+
+def matvec(m: Mat, x: Vec) -> Vec:
+    return tuple(dot(row, x) for row in m)
+
+
+def vecmat(x: Vec, m: Mat) -> Vec:
+    """xᵀ m, that is mᵀ x."""
+    return tuple(dot(x, column) for column in zip(*m, strict=True))
+
+
+def matmul(a: Mat, b: Mat) -> Mat:
+    columns = transpose(b)
+    return tuple(tuple(dot(row, column) for column in columns) for row in a)
+
+
+def madd(a: Mat, b: Mat) -> Mat:
+    return tuple(vadd(x, y) for x, y in zip(a, b, strict=True))
+
+
+def msub(a: Mat, b: Mat) -> Mat:
+    return tuple(vsub(x, y) for x, y in zip(a, b, strict=True))
+
+
+def mscale(s: Scalar, a: Mat) -> Mat:
+    return tuple(scale(s, row) for row in a)
+
+
+def outer(a: Vec, b: Vec) -> Mat:
+    return tuple(scale(x, b) for x in a)
+
+
+def columns(m: Mat) -> tuple[Vec, ...]:
+    return transpose(m)
+
+
+def symmetric(six: Sequence[Scalar]) -> Mat:
+    """(xx, yy, zz, xy, xz, yz) → 3×3."""
+    xx, yy, zz, xy, xz, yz = six
+    return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
