@@ -15,7 +15,6 @@ from symgen.algebra.linear import (
     Mat,
     Vec,
     cross,
-    is_zero,
     matmul,
     matvec,
     scale,
@@ -169,9 +168,13 @@ def vector_columns(at: Kinematics, body: int, vector: Vec) -> dict[int, Vec]:
     return found
 
 
-def point_column_rates(at: Kinematics, moving: Sequence[Twist], body: int, point: Vec) -> dict[int, Vec]:
-    """The columns of Ṙ for a point: v̇ + ẇ × d + w × ḋ."""
-    rates = column_rates(at, moving)
+Rates = Sequence[Sequence[tuple[Vec, Vec]]]
+
+
+def point_column_rates(
+    at: Kinematics, moving: Sequence[Twist], rates: Rates, body: int, point: Vec
+) -> dict[int, Vec]:
+    """The columns of Ṙ for a point: v̇ + ẇ × d + w × ḋ. ``rates`` from `column_rates`."""
     velocity = point_velocity(at, moving, body, point)
     found: dict[int, Vec] = {}
     for j in at.tree.path(body):
@@ -183,9 +186,10 @@ def point_column_rates(at: Kinematics, moving: Sequence[Twist], body: int, point
     return found
 
 
-def vector_column_rates(at: Kinematics, moving: Sequence[Twist], body: int, vector: Vec) -> dict[int, Vec]:
-    """The columns of Ṙ for a vector: ẇ × u + w × u̇."""
-    rates = column_rates(at, moving)
+def vector_column_rates(
+    at: Kinematics, moving: Sequence[Twist], rates: Rates, body: int, vector: Vec
+) -> dict[int, Vec]:
+    """The columns of Ṙ for a vector: ẇ × u + w × u̇. ``rates`` from `column_rates`."""
     vector_rate = cross(moving[body].angular, vector) if body >= 0 else ZERO
     found: dict[int, Vec] = {}
     for j in at.tree.path(body):
@@ -240,8 +244,3 @@ def integrate(tree: Tree, values: Values, state: State) -> Vec:
         row = JOINT_TABLE[body.joint.type]
         found.extend(row.integrate(body.joint, tuple(state.q[body.q : body.q + body.nq]), step, values))
     return tuple(found)
-
-
-def none_if_zero(x: Vec) -> bool:
-    """True when a vector is structurally zero."""
-    return all(is_zero(entry) for entry in x)

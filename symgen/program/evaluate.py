@@ -1,0 +1,56 @@
+"""Run a program in any number type: the same instructions, other scalars."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+from symgen.algebra.numbers import Numbers
+from symgen.program.instructions import Program
+
+Scalar = Any
+
+_ARITHMETIC: dict[str, Callable[..., Scalar]] = {
+    "add": operator.add,
+    "sub": operator.sub,
+    "mul": operator.mul,
+    "div": operator.truediv,
+    "neg": operator.neg,
+}
+
+
+def evaluate_all(program: Program, numbers: Numbers, inputs: Mapping[str, Sequence[Scalar]]) -> list[Scalar]:
+    """The value of every instruction. ``inputs``: name → flat, row-major scalars."""
+    functions: dict[str, Callable[[Scalar], Scalar]] = {
+        "sqrt": numbers.sqrt,
+        "cos": numbers.cos,
+        "sin": numbers.sin,
+        "cos_sqrt": numbers.cos_sqrt,
+        "sinc_sqrt": numbers.sinc_sqrt,
+        "sinc3_sqrt": numbers.sinc3_sqrt,
+    }
+    values: list[Scalar] = []
+    for instruction in program.instructions:
+        op, args = instruction.op, instruction.args
+        if op in _ARITHMETIC:
+            values.append(_ARITHMETIC[op](*(values[i] for i in args)))
+        elif op == "const":
+            assert isinstance(instruction.value, Fraction)
+            values.append(numbers.const(instruction.value))
+        elif op == "input":
+            assert isinstance(instruction.value, tuple)
+            name, index = instruction.value
+            values.append(inputs[name][index])
+        else:
+            values.append(functions[op](values[args[0]]))
+    return values
+
+
+def evaluate(program: Program, numbers: Numbers, inputs: Mapping[str, Sequence[Scalar]]) -> dict[str, tuple[Scalar, ...]]:
+    """Outputs by name, flat, row-major. Guards are not looked at."""
+    values = evaluate_all(program, numbers, inputs)
+    return {
+        port.name: tuple(values[i] for i in row) for port, row in zip(program.outputs, program.results, strict=True)
+    }

@@ -1,0 +1,231 @@
+"""The exact arithmetic graph: hash-consed nodes over exact rationals, simplified as they are made.
+
+A `Graph` is a number type (`symgen.algebra.numbers.Numbers`): run any derivation on its inputs and the result
+is the program of that derivation. Nodes are numbered in the order they were made, which is the order a reader
+of the derivation expects, and does not depend on hashing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from fractions import Fraction
+from typing import Any
+
+from symgen.program.instructions import Instruction, Port, Program
+from symgen.program.rules import COMMUTATIVE, RULES
+
+_CHECKS = {op: tuple(rule for _, rule in rows) for op, rows in RULES.items()}
+
+
+class Node:
+    """One value of the graph. Arithmetic on nodes makes nodes."""
+
+    __slots__ = ("args", "graph", "label", "number", "op", "phase", "value")
+
+    def __init__(self, graph: Graph, number: int, op: str, args: tuple[Node, ...], value: Any) -> None:
+        self.graph = graph
+        self.number = number
+        self.op = op
+        self.args = args
+        self.value = value
+        self.label = ""
+        self.phase = graph.current_phase
+
+    def __add__(self, other: Any) -> Node:
+        return self.graph.add(self, other if type(other) is Node else self.graph.const(other))
+
+    def __radd__(self, other: Any) -> Node:
+        return self.graph.add(self.graph.const(other), self)
+
+    def __sub__(self, other: Any) -> Node:
+        return self.graph.sub(self, other if type(other) is Node else self.graph.const(other))
+
+    def __rsub__(self, other: Any) -> Node:
+        return self.graph.sub(self.graph.const(other), self)
+
+    def __mul__(self, other: Any) -> Node:
+        return self.graph.mul(self, other if type(other) is Node else self.graph.const(other))
+
+    def __rmul__(self, other: Any) -> Node:
+        return self.graph.mul(self.graph.const(other), self)
+
+    def __truediv__(self, other: Any) -> Node:
+        return self.graph.div(self, other if type(other) is Node else self.graph.const(other))
+
+    def __rtruediv__(self, other: Any) -> Node:
+        return self.graph.div(self.graph.const(other), self)
+
+    def __neg__(self) -> Node:
+        return self.graph.neg(self)
+
+    def __repr__(self) -> str:
+        if self.op == "const":
+            return str(self.value)
+        if self.op == "input":
+            return f"{self.value[0]}[{self.value[1]}]"
+        return f"{self.op}({', '.join(f'%{a.number}' for a in self.args)})"
+
+
+class Graph:
+    """Maker and owner of nodes; the exact number type."""
+
+    def __init__(self) -> None:
+        self.nodes: list[Node] = []
+        self._known: dict[tuple[Any, ...], Node] = {}
+        self.current_phase = ""
+
+    @contextmanager
+    def phase(self, heading: str) -> Iterator[None]:
+        """Nodes made inside stand under this heading in the emitted code."""
+        before, self.current_phase = self.current_phase, heading
+        try:
+            yield
+        finally:
+            self.current_phase = before
+
+    def _make(self, key: tuple[Any, ...], op: str, args: tuple[Node, ...], value: Any) -> Node:
+        node = Node(self, len(self.nodes), op, args, value)
+        self.nodes.append(node)
+        self._known[key] = node
+        return node
+
+    def const(self, value: Fraction | int) -> Node:
+        key = ("const", value)
+        return self._known.get(key) or self._make(key, "const", (), Fraction(value))
+
+    def input(self, name: str, index: int) -> Node:
+        key = ("input", name, index)
+        return self._known.get(key) or self._make(key, "input", (), (name, index))
+
+    def inputs(self, name: str, size: int) -> tuple[Node, ...]:
+        return tuple(self.input(name, index) for index in range(size))
+
+    def find(self, op: str, x: Node, y: Node) -> Node | None:
+        """The node ``op(x, y)`` if it was made before."""
+        return self._known.get((op, x.number, y.number))
+
+    def binary(self, op: str, x: Node, y: Node) -> Node:
+        if op in COMMUTATIVE and (y.op == "const" or (x.op != "const" and y.number < x.number)):
+            x, y = y, x
+        key = (op, x.number, y.number)
+        known = self._known.get(key)
+        if known is not None:
+            return known
+        for rule in _CHECKS[op]:
+            simpler = rule(self, x, y)
+            if simpler is not None:
+                return simpler
+        return self._make(key, op, (x, y), None)
+
+    def unary(self, op: str, x: Node) -> Node:
+        key = (op, x.number)
+        known = self._known.get(key)
+        if known is not None:
+            return known
+        for rule in _CHECKS[op]:
+            simpler = rule(self, x)
+            if simpler is not None:
+                return simpler
+        return self._make(key, op, (x,), None)
+
+    def add(self, x: Node, y: Node) -> Node:
+        return self.binary("add", x, y)
+
+    def sub(self, x: Node, y: Node) -> Node:
+        return self.binary("sub", x, y)
+
+    def mul(self, x: Node, y: Node) -> Node:
+        return self.binary("mul", x, y)
+
+    def div(self, x: Node, y: Node) -> Node:
+        return self.binary("div", x, y)
+
+    def neg(self, x: Node) -> Node:
+        return self.unary("neg", x)
+
+    def sqrt(self, x: Node) -> Node:
+        return self.unary("sqrt", x)
+
+    def cos(self, x: Node) -> Node:
+        return self.unary("cos", x)
+
+    def sin(self, x: Node) -> Node:
+        return self.unary("sin", x)
+
+    def cos_sqrt(self, x: Node) -> Node:
+        return self.unary("cos_sqrt", x)
+
+    def sinc_sqrt(self, x: Node) -> Node:
+        return self.unary("sinc_sqrt", x)
+
+    def sinc3_sqrt(self, x: Node) -> Node:
+        return self.unary("sinc3_sqrt", x)
+
+    def name(self, label: str, values: Sequence[Any]) -> None:
+        """Give the components of a vector the names label_x, label_y, label_z (the first name a node gets stays)."""
+        for suffix, value in zip(("x", "y", "z"), values, strict=False):
+            self.name_scalar(f"{label}_{suffix}", value)
+
+    def name_scalar(self, label: str, value: Any) -> None:
+        if type(value) is Node and not value.label and value.op not in ("const", "input"):
+            value.label = label
+
+
+def extract(
+    graph: Graph,
+    name: str,
+    inputs: tuple[Port, ...],
+    outputs: tuple[Port, ...],
+    results: Sequence[Sequence[Any]],
+    guards: Sequence[Node] = (),
+    plan: str = "",
+    summary: str = "",
+) -> Program:
+    """The program that computes ``results`` (scalars per output, row-major): live nodes only, in the order made."""
+    wanted = [[x if type(x) is Node else graph.const(x) for x in row] for row in results]
+    live: set[int] = set()
+    stack = [node for row in wanted for node in row] + list(guards)
+    while stack:
+        node = stack.pop()
+        if node.number not in live:
+            live.add(node.number)
+            stack.extend(node.args)
+    place: dict[int, int] = {}
+    instructions: list[Instruction] = []
+    for number in sorted(live):
+        node = graph.nodes[number]
+        place[number] = len(instructions)
+        args = tuple(place[a.number] for a in node.args)
+        instructions.append(Instruction(node.op, args, node.value, node.label, node.phase))
+    return Program(
+        name=name,
+        inputs=inputs,
+        outputs=outputs,
+        instructions=tuple(instructions),
+        results=tuple(tuple(place[node.number] for node in row) for row in wanted),
+        guards=tuple(place[node.number] for node in guards),
+        plan=plan,
+        summary=summary,
+    )
+
+
+def replay(program: Program, graph: Graph) -> tuple[list[list[Node]], list[Node]]:
+    """Make a program's values again in ``graph`` (its rules apply once more): results per output, and guards."""
+    nodes: list[Node] = []
+    for instruction in program.instructions:
+        graph.current_phase = instruction.phase
+        if instruction.op == "const":
+            assert isinstance(instruction.value, Fraction)
+            node = graph.const(instruction.value)
+        elif instruction.op == "input":
+            assert isinstance(instruction.value, tuple)
+            node = graph.input(*instruction.value)
+        elif len(instruction.args) == 2:
+            node = graph.binary(instruction.op, nodes[instruction.args[0]], nodes[instruction.args[1]])
+        else:
+            node = graph.unary(instruction.op, nodes[instruction.args[0]])
+        if instruction.label:
+            graph.name_scalar(instruction.label, node)
+        nodes.append(node)
+    return [[nodes[i] for i in row] for row in program.results], [nodes[i] for i in program.guards]

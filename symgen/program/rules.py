@@ -1,0 +1,208 @@
+"""What the exact graph simplifies when a node is made: one table, read top to bottom, first match wins.
+
+A rule takes the graph and the arguments and returns the simpler node, or None when it does not apply. Every rule
+is an identity over the rationals (and hence over GF(p)); none depends on rounding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from math import isqrt
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from symgen.program.graph import Graph, Node
+
+Rule = Callable[..., "Node | None"]
+
+
+def _value(x: Node) -> Fraction | None:
+    return x.value if x.op == "const" else None  # type: ignore[return-value]
+
+
+def _coefficient(x: Node) -> tuple[Fraction, Node]:
+    """x as (constant, rest)."""
+    if x.op == "mul" and x.args[0].op == "const":
+        return x.args[0].value, x.args[1]  # type: ignore[return-value]
+    return Fraction(1), x
+
+
+def add_constants(g: Graph, x: Node, y: Node) -> Node | None:
+    a, b = _value(x), _value(y)
+    if a is not None and b is not None:
+        return g.const(a + b)
+    if a == 0:
+        return y
+    return x if b == 0 else None
+
+
+def add_negated(g: Graph, x: Node, y: Node) -> Node | None:
+    if y.op == "neg":
+        return g.sub(x, y.args[0])
+    return g.sub(y, x.args[0]) if x.op == "neg" else None
+
+
+def add_like_terms(g: Graph, x: Node, y: Node) -> Node | None:
+    (a, rest), (b, other) = _coefficient(x), _coefficient(y)
+    return g.mul(g.const(a + b), rest) if rest is other and rest.op != "const" else None
+
+
+def add_undo_subtraction(g: Graph, x: Node, y: Node) -> Node | None:
+    if x.op == "sub" and x.args[1] is y:
+        return x.args[0]
+    return y.args[0] if y.op == "sub" and y.args[1] is x else None
+
+
+def sub_constants(g: Graph, x: Node, y: Node) -> Node | None:
+    a, b = _value(x), _value(y)
+    if a is not None and b is not None:
+        return g.const(a - b)
+    if b == 0:
+        return x
+    return g.neg(y) if a == 0 else None
+
+
+def sub_negated(g: Graph, x: Node, y: Node) -> Node | None:
+    if y.op == "neg":
+        return g.add(x, y.args[0])
+    return g.neg(g.add(x.args[0], y)) if x.op == "neg" else None
+
+
+def sub_like_terms(g: Graph, x: Node, y: Node) -> Node | None:
+    (a, rest), (b, other) = _coefficient(x), _coefficient(y)
+    return g.mul(g.const(a - b), rest) if rest is other and rest.op != "const" else None
+
+
+def sub_undo(g: Graph, x: Node, y: Node) -> Node | None:
+    if x.op == "add":
+        if x.args[0] is y:
+            return x.args[1]
+        if x.args[1] is y:
+            return x.args[0]
+    if x.op == "sub" and x.args[0] is y:
+        return g.neg(x.args[1])
+    return y.args[1] if y.op == "sub" and y.args[0] is x else None
+
+
+def sub_reversed_exists(g: Graph, x: Node, y: Node) -> Node | None:
+    known = g.find("sub", y, x)
+    return g.neg(known) if known is not None else None
+
+
+def mul_constants(g: Graph, x: Node, y: Node) -> Node | None:
+    a, b = _value(x), _value(y)
+    if a is not None and b is not None:
+        return g.const(a * b)
+    for value, other in ((a, y), (b, x)):
+        if value == 0:
+            return g.const(Fraction(0))
+        if value == 1:
+            return other
+        if value is not None and value < 0:
+            return g.neg(g.mul(g.const(-value), other))
+    return None
+
+
+def mul_negated(g: Graph, x: Node, y: Node) -> Node | None:
+    if x.op == "neg":
+        return g.neg(g.mul(x.args[0], y))
+    return g.neg(g.mul(x, y.args[0])) if y.op == "neg" else None
+
+
+def mul_nested_constant(g: Graph, x: Node, y: Node) -> Node | None:
+    for constant, other in ((x, y), (y, x)):
+        if constant.op == "const" and other.op == "mul" and other.args[0].op == "const":
+            return g.mul(g.const(constant.value * other.args[0].value), other.args[1])  # type: ignore[operator]
+    return None
+
+
+def neg_constant(g: Graph, x: Node) -> Node | None:
+    return g.const(-x.value) if x.op == "const" else None  # type: ignore[operator]
+
+
+def neg_negated(g: Graph, x: Node) -> Node | None:
+    return x.args[0] if x.op == "neg" else None
+
+
+def neg_reversed_exists(g: Graph, x: Node) -> Node | None:
+    return g.find("sub", x.args[1], x.args[0]) if x.op == "sub" else None
+
+
+def div_constants(g: Graph, x: Node, y: Node) -> Node | None:
+    b = _value(y)
+    if b is not None:
+        return g.mul(x, g.const(1 / b))
+    return x if _value(x) == 0 else None
+
+
+def div_negated(g: Graph, x: Node, y: Node) -> Node | None:
+    if x.op == "neg":
+        return g.neg(g.div(x.args[0], y))
+    return g.neg(g.div(x, y.args[0])) if y.op == "neg" else None
+
+
+def div_same(g: Graph, x: Node, y: Node) -> Node | None:
+    return g.const(Fraction(1)) if x is y else None
+
+
+def sqrt_constant(g: Graph, x: Node) -> Node | None:
+    value = _value(x)
+    if value is None or value < 0:
+        return None
+    n, d = isqrt(value.numerator), isqrt(value.denominator)
+    return g.const(Fraction(n, d)) if n * n == value.numerator and d * d == value.denominator else None
+
+
+def even_function(g: Graph, x: Node) -> Node | None:
+    return g.unary("cos", x.args[0]) if x.op == "neg" else None
+
+
+def odd_function(g: Graph, x: Node) -> Node | None:
+    return g.neg(g.unary("sin", x.args[0])) if x.op == "neg" else None
+
+
+def at_zero(value: Fraction) -> Rule:
+    def rule(g: Graph, x: Node) -> Node | None:
+        return g.const(value) if _value(x) == 0 else None
+
+    return rule
+
+
+RULES: dict[str, tuple[tuple[str, Rule], ...]] = {
+    "add": (
+        ("a + b → constant; x + 0 → x", add_constants),
+        ("x + (−y) → x − y", add_negated),
+        ("a·x + b·x → (a+b)·x", add_like_terms),
+        ("(x − y) + y → x", add_undo_subtraction),
+    ),
+    "sub": (
+        ("a − b → constant; x − 0 → x; 0 − y → −y", sub_constants),
+        ("x − (−y) → x + y; (−x) − y → −(x + y)", sub_negated),
+        ("a·x − b·x → (a−b)·x; x − x → 0", sub_like_terms),
+        ("(x + y) − y → x; (x − y) − x → −y; x − (x − y) → y", sub_undo),
+        ("x − y → −(y − x) where y − x exists", sub_reversed_exists),
+    ),
+    "mul": (
+        ("a·b → constant; 0·x → 0; 1·x → x; (−a)·x → −(a·x)", mul_constants),
+        ("(−x)·y → −(x·y)", mul_negated),
+        ("a·(b·x) → (ab)·x", mul_nested_constant),
+    ),
+    "neg": (
+        ("−a → constant", neg_constant),
+        ("−(−x) → x", neg_negated),
+        ("−(x − y) → y − x where y − x exists", neg_reversed_exists),
+    ),
+    "div": (
+        ("x / a → (1/a)·x; 0 / x → 0", div_constants),
+        ("(−x) / y → −(x / y)", div_negated),
+        ("x / x → 1", div_same),
+    ),
+    "sqrt": (("√a → constant where it is rational", sqrt_constant),),
+    "cos": (("cos 0 → 1", at_zero(Fraction(1))), ("cos(−x) → cos x", even_function)),
+    "sin": (("sin 0 → 0", at_zero(Fraction(0))), ("sin(−x) → −sin x", odd_function)),
+    "cos_sqrt": (("1 at 0", at_zero(Fraction(1))),),
+    "sinc_sqrt": (("1 at 0", at_zero(Fraction(1))),),
+    "sinc3_sqrt": (("1/6 at 0", at_zero(Fraction(1, 6))),),
+}
+COMMUTATIVE = frozenset({"add", "mul"})
