@@ -1,0 +1,49 @@
+# Every target makes what it needs, the virtual environment included: `make demo` and `make test` work in a fresh clone.
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+
+BIN := .venv/bin
+STAMP := .venv/stamp
+JOBS ?= 2
+SCENES ?=
+GENERATED ?= generated
+PYTEST_ARGS ?=
+# One thread per process: the work is spread over processes.
+export OMP_NUM_THREADS ?= 1
+
+$(STAMP): requirements/lock.txt requirements/venv.sh pyproject.toml
+	@requirements/venv.sh
+
+.PHONY: help
+help: ## this list
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1~\2/p' $(MAKEFILE_LIST) | awk -F'~' '{printf "%-18s %s\n", $$1, $$2}'
+
+.PHONY: demo
+demo: $(STAMP) ## every example: generate, certify, compile, validate, report (out/demo/index.html)
+	@$(BIN)/python tools/demo.py --jobs $(JOBS) $(SCENES)
+
+.PHONY: test
+test: $(STAMP) ## the tests (PYTEST_ARGS=--slow for all of them)
+	@$(BIN)/python -m pytest -n $(JOBS) $(PYTEST_ARGS)
+
+.PHONY: lint
+lint: $(STAMP) ## ruff and mypy --strict
+	@$(BIN)/ruff check --quiet .
+	@$(BIN)/mypy
+
+.PHONY: bench
+bench: $(STAMP) ## speed and error of the generated C for a few examples
+	@$(BIN)/python tools/bench.py $(SCENES)
+
+.PHONY: generated
+generated: $(STAMP) ## regenerate generated/ (C, headers and manifests of the examples)
+	@$(BIN)/python tools/generated.py --jobs $(JOBS) $(GENERATED)
+
+.PHONY: lock
+lock: ## look for newer versions and rewrite requirements/lock.txt
+	@requirements/relock.sh
+
+.PHONY: clean
+clean: ## remove the virtual environment, out/ and caches
+	rm -rf .venv out dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
