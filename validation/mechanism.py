@@ -251,6 +251,17 @@ def link_motions(mechanism: Mechanism, q: Array, v: Array, poses: Sequence[Pose]
     return motions
 
 
+def link_accelerations(mechanism: Mechanism, q: Array, v: Array, a: Array) -> list[Motion]:
+    """Accelerations of every link's origin and its angular one, ground axes.
+
+    The derivative of `link_motions` along q̇ = G v, v̇ = a by the complex step, exact to rounding.
+    """
+    step = 1e-40j
+    at_q = q + step * position_rate(mechanism, q, v)
+    motions = link_motions(mechanism, at_q, v + step * a, link_poses(mechanism, at_q))
+    return [Motion(x.linear.imag / step.imag, x.angular.imag / step.imag) for x in motions]
+
+
 def quaternion_rate(quaternion: Array, omega: Array) -> Array:
     """½ quaternion ∘ (ω, 0) for the quaternion [x y z w] and ω in the turned axes."""
     s, w = quaternion[:3], quaternion[3]

@@ -1,0 +1,291 @@
+"""A scene as Exudyn rigid bodies with Euler parameters and joints: the redundant-coordinate DAE.
+
+The state is laid into the nodes' reference values; joint frames are fixed in the bodies, so that no joint needs to know
+its zero position. What this formulation cannot express is refused with a reason (`refusal`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from symgen.errors import NotSupportedError
+from symgen.scene.model import GROUND, JointSpring, Scene
+from symgen.validation.exudyn_model import Model, frame_with_z, import_exudyn
+from symgen.validation.exudyn_tree import add_springs, isotropic_damper, lump
+from symgen.validation.mechanism import (
+    IDENTITY,
+    Array,
+    Link,
+    Mechanism,
+    Motion,
+    Pose,
+    build_mechanism,
+    joint_pose,
+    link_motions,
+    link_poses,
+    vector,
+)
+
+AXES_OF: dict[str, tuple[int, int, int, int, int, int]] = {
+    "revolute": (1, 1, 1, 1, 1, 0),
+    "continuous": (1, 1, 1, 1, 1, 0),
+    "prismatic": (1, 1, 0, 1, 1, 1),
+    "cylindrical": (1, 1, 0, 1, 1, 0),
+    "planar": (0, 0, 1, 1, 1, 0),
+    "spherical": (1, 1, 1, 0, 0, 0),
+    "universal": (1, 1, 1, 0, 0, 1),
+}
+"""Constrained directions of ObjectJointGeneric, the joint's axis being z (universal: first axis x, second y)."""
+
+
+def refusal(scene: Scene) -> str:
+    """Why this formulation cannot hold the scene, or nothing."""
+    sprung = {force.joint for force in scene.forces if isinstance(force, JointSpring)}
+    for joint in scene.joints:
+        if joint.type == "helical":
+            return f"helical joint {joint.name}: the turned angle is no function of points and vectors"
+        if joint.armature:
+            return f"armature of joint {joint.name} belongs to a joint coordinate, which redundant bodies lack"
+        if joint.type == "planar" and (joint.damping or joint.name in sprung):
+            return f"planar joint {joint.name} has a damper or spring on coordinates that redundant bodies lack"
+    return ""
+
+
+def build_exudyn_bodies(scene: Scene, q: Array, v: Array) -> Model:
+    """The scene at state (q, v), no joint forces.
+
+    Raises `ToolError` when Exudyn is missing, `NotSupportedError` when the scene does not fit.
+    """
+    exu = import_exudyn()
+    reason = refusal(scene)
+    if reason:
+        raise NotSupportedError(reason)
+    mechanism = build_mechanism(scene)
+    mbs = exu.SystemContainer().AddSystem()
+    poses = link_poses(mechanism, q)
+    motions = link_motions(mechanism, q, v, poses)
+    bodies = [
+        add_body(exu, mbs, mechanism, *lump(link, IDENTITY), here, motion)
+        for link, here, motion in zip(mechanism.links, poses, motions, strict=True)
+    ]
+    nodes = [node for node, _ in bodies]
+    marker = markers(mbs, mechanism, [body for _, body in bodies])
+    for link in mechanism.links:
+        add_joint(exu, mbs, mechanism, link, marker, q, (poses, motions))
+    add_springs(mbs, mechanism, marker)
+    sensors = tuple(add_sensors(exu, mbs, body) for _, body in bodies)
+    mbs.Assemble()
+
+    def accelerations(tt: Array) -> Array:
+        """[r̈; ω̇] of every link, ground axes, from the nodes' coordinates."""
+        found = []
+        for node, here in zip(nodes, poses, strict=True):
+            start = mbs.GetNodeODE2Index(node)
+            p = euler_parameters(here.rotation)
+            found.append(tt[start : start + 3])
+            found.append(here.rotation @ (2.0 * rate_matrix(p) @ tt[start + 3 : start + 7]))
+        return np.concatenate(found)
+
+    local = tuple(IDENTITY for _ in mechanism.links)
+    return Model(exu, mbs, mechanism, sensors, local, accelerations, True)
+
+
+def euler_parameters(rotation: Array) -> Array:
+    """[w x y z] of a rotation matrix, by its largest component (Shepperd 1978)."""
+    R = rotation
+    squares = np.array(
+        [
+            1 + R[0, 0] + R[1, 1] + R[2, 2],
+            1 + R[0, 0] - R[1, 1] - R[2, 2],
+            1 - R[0, 0] + R[1, 1] - R[2, 2],
+            1 - R[0, 0] - R[1, 1] + R[2, 2],
+        ]
+    )
+    off = {
+        (0, 1): R[2, 1] - R[1, 2],
+        (0, 2): R[0, 2] - R[2, 0],
+        (0, 3): R[1, 0] - R[0, 1],
+        (1, 2): R[0, 1] + R[1, 0],
+        (1, 3): R[0, 2] + R[2, 0],
+        (2, 3): R[1, 2] + R[2, 1],
+    }
+    k = int(np.argmax(squares))
+    p = np.array([squares[k] if i == k else off[(min(i, k), max(i, k))] for i in range(4)])
+    return np.asarray(p / np.linalg.norm(p))
+
+
+def rate_matrix(p: Array) -> Array:
+    """G (3×4) with ω = 2 G ṗ and ω̇ = 2 G p̈ in body axes, ṗ = ½ Gᵀ ω."""
+    w, x, y, z = p
+    return np.array([[-x, w, z, -y], [-y, -z, w, x], [-z, y, -x, w]])
+
+
+def add_body(
+    exu: Any, mbs: Any, mechanism: Mechanism, mass: float, centre: Array, inertia: Array, here: Pose, motion: Motion
+) -> tuple[Any, Any]:
+    """A rigid body with its weight; its inertia is given about the centre of mass. Returns (node, body)."""
+    import exudyn.itemInterface as items
+
+    p = euler_parameters(here.rotation)
+    rate = 0.5 * rate_matrix(p).T @ (here.rotation.T @ motion.angular)
+    node = mbs.AddNode(
+        items.NodeRigidBodyEP(
+            referenceCoordinates=[*here.position, *p],
+            initialCoordinates=[0.0] * 7,
+            initialVelocities=[*motion.linear, *rate],
+        )
+    )
+    about = inertia + mass * ((centre @ centre) * np.eye(3) - np.outer(centre, centre))
+    six = [about[0, 0], about[1, 1], about[2, 2], about[1, 2], about[0, 2], about[0, 1]]
+    body = mbs.AddObject(items.ObjectRigidBody(nodeNumber=node, mass=mass, inertia=six, centerOfMass=centre))
+    if mass:
+        weight = mbs.AddMarker(items.MarkerBodyMass(bodyNumber=body))
+        mbs.AddLoad(items.LoadMassProportional(markerNumber=weight, loadVector=vector(mechanism.scene.gravity)))
+    return node, body
+
+
+def markers(mbs: Any, mechanism: Mechanism, bodies: list[Any]) -> Callable[[str, Array], Any]:
+    """A maker of markers at points of the scene's bodies."""
+    import exudyn.itemInterface as items
+
+    ground = mbs.AddObject(items.ObjectGround())
+
+    def marker(body: str, point: Array) -> Any:
+        index, here = mechanism.frames[body]
+        carrier = ground if index < 0 else bodies[index]
+        return mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=carrier, localPosition=here.apply(point)))
+
+    return marker
+
+
+def add_sensors(exu: Any, mbs: Any, body: Any) -> tuple[Any, Any]:
+    import exudyn.itemInterface as items
+
+    kinds = (exu.OutputVariableType.Position, exu.OutputVariableType.RotationMatrix)
+    place, turn = (
+        mbs.AddSensor(
+            items.SensorBody(bodyNumber=body, outputVariableType=kind, storeInternal=True, writeToFile=False)
+        )
+        for kind in kinds
+    )
+    return place, turn
+
+
+State = tuple[list[Pose], list[Motion]]
+
+
+def add_joint(
+    exu: Any, mbs: Any, mechanism: Mechanism, link: Link, marker: Callable[[str, Array], Any], q: Array, state: State
+) -> None:
+    """The constraint between a link and its parent, and its spring and damper."""
+    import exudyn.itemInterface as items
+
+    parent = GROUND if link.parent < 0 else mechanism.links[link.parent].name
+    if link.joint.type == "floating":
+        if link.joint.damping:
+            isotropic_damper(mbs, mechanism, link, marker)
+        return
+    ends = [marker(parent, link.origin.position), marker(link.name, np.zeros(3))]
+    if link.joint.type == "universal" and (abs(link.axis @ link.axis2) > 1e-14 or passive(mechanism, link) != (0, 0, 0)):
+        add_universal_by_two(exu, mbs, mechanism, link, ends, q, state)
+        return
+    frame = np.eye(3)
+    if link.joint.type == "universal":
+        frame = np.column_stack([link.axis, link.axis2, np.cross(link.axis, link.axis2)])
+    elif link.joint.type not in ("planar", "spherical"):
+        frame = frame_with_z(link.axis)
+    outer = link.origin.rotation @ frame
+    mbs.AddObject(
+        items.ObjectJointGeneric(
+            markerNumbers=ends,
+            constrainedAxes=AXES_OF[link.joint.type],
+            rotationMarker0=outer,
+            rotationMarker1=frame,
+        )
+    )
+    if link.joint.type == "spherical":
+        if link.joint.damping:
+            isotropic_damper(mbs, mechanism, link, marker)
+    else:
+        add_damper(mbs, passive(mechanism, link), link, ends, outer, frame)
+
+
+def passive(mechanism: Mechanism, link: Link) -> tuple[float, float, float]:
+    """Stiffness, damping and stiffness·rest on each coordinate of a joint."""
+    springs = [s for s in mechanism.scene.forces if isinstance(s, JointSpring) and s.joint == link.joint.name]
+    return (
+        sum(float(s.stiffness) for s in springs),
+        float(link.joint.damping) + sum(float(s.damping) for s in springs),
+        sum(float(s.stiffness * s.rest) for s in springs),
+    )
+
+
+def add_damper(
+    mbs: Any, facts: tuple[float, float, float], link: Link, ends: list[Any], outer: Array, inner: Array
+) -> None:
+    """Spring and damper on the turn about and the slide along a joint's axis (z of both frames)."""
+    import exudyn.itemInterface as items
+
+    stiffness, damping, preload = facts
+    if not (stiffness or damping):
+        return
+    rest = preload / stiffness if stiffness else 0.0
+    turns = link.joint.type != "prismatic"
+    if turns:
+        tracker = mbs.AddNode(items.NodeGenericData(initialCoordinates=[0.0], numberOfDataCoordinates=1))
+        mbs.AddObject(
+            items.ObjectConnectorTorsionalSpringDamper(
+                markerNumbers=ends,
+                nodeNumber=tracker,
+                stiffness=stiffness,
+                damping=damping,
+                offset=rest,
+                rotationMarker0=outer,
+                rotationMarker1=inner,
+            )
+        )
+    if link.joint.type in ("prismatic", "cylindrical"):
+        mbs.AddObject(
+            items.ObjectConnectorLinearSpringDamper(
+                markerNumbers=ends, stiffness=stiffness, damping=damping, axisMarker0=outer[:, 2], offset=rest
+            )
+        )
+
+
+def add_universal_by_two(
+    exu: Any, mbs: Any, mechanism: Mechanism, link: Link, ends: list[Any], q: Array, state: State
+) -> None:
+    """A universal joint on oblique or sprung axes: two revolutes and a massless cross between them."""
+    import exudyn.itemInterface as items
+
+    poses, motions = state
+    parent = IDENTITY if link.parent < 0 else poses[link.parent]
+    carried = Motion(np.zeros(3), np.zeros(3)) if link.parent < 0 else motions[link.parent]
+    # The cross turns with the first angle only: the second one at zero leaves its frame.
+    here = parent @ link.origin @ joint_pose(link, np.array([q[link.q][0], 0.0]))
+    axis2 = here.rotation @ link.axis2
+    child = motions[mechanism.links.index(link)]
+    relative = child.angular - carried.angular
+    # relative = u1 v1 + u2 v2
+    u = np.column_stack([here.rotation @ link.axis, axis2])
+    rates = np.linalg.lstsq(u, relative, rcond=None)[0]
+    cross = Motion(child.linear, carried.angular + u[:, 0] * rates[0])
+    _, body = add_body(exu, mbs, mechanism, 0.0, np.zeros(3), np.zeros((3, 3)), here, cross)
+    middle = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=body, localPosition=np.zeros(3)))
+    first, second = frame_with_z(link.axis), frame_with_z(link.axis2)
+    for pair, outer, inner in (
+        ([ends[0], middle], link.origin.rotation @ first, first),
+        ([middle, ends[1]], second, second),
+    ):
+        mbs.AddObject(
+            items.ObjectJointGeneric(
+                markerNumbers=pair,
+                constrainedAxes=AXES_OF["revolute"],
+                rotationMarker0=outer,
+                rotationMarker1=inner,
+            )
+        )
+        add_damper(mbs, passive(mechanism, link), link, pair, outer, inner)
