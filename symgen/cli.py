@@ -1,0 +1,279 @@
+"""The command line: thin commands over `symgen.derive`, `symgen.generate`, `symgen.validation` and `symgen.bench`.
+
+Exit status: 0 success; 1 a validation or bench criterion or a certificate failed; 2 bad input, wrong usage or a missing
+tool; 130 interrupted; 141 the reader of the output went away. Every error is one line on stderr, and with ``--json``
+also an object with the key ``error`` on stdout. ``SYMGEN_DEBUG=1`` lets unexpected exceptions show their traceback.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from symgen.errors import SymgenError
+
+if TYPE_CHECKING:
+    from symgen.scene.model import Scene
+
+Progress = Callable[[int, int, str], None]
+"""``progress(done, total, what)``."""
+
+HELP = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
+
+
+def one_line(text: str) -> str:
+    """Text from anywhere as one printable line: no terminal escapes, no line breaks."""
+    flat = " ".join(text.split())
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in flat)
+
+
+def emit_json(value: object) -> None:
+    click.echo(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
+
+
+@contextmanager
+def progress_bar(quiet: bool) -> Iterator[Progress | None]:
+    """A progress bar on stderr when a person is looking at it, else nothing."""
+    if quiet or not sys.stderr.isatty():
+        yield None
+        return
+    with click.progressbar(length=1, file=sys.stderr, item_show_func=lambda what: what or "") as bar:
+
+        def progress(done: int, total: int, what: str) -> None:
+            bar.length = max(total, 1)
+            bar.update(max(done - bar.pos, 0), what)
+
+        yield progress
+
+
+def split_names(_context: click.Context, _parameter: click.Parameter, value: str | None) -> tuple[str, ...] | None:
+    """``a,b`` → ("a", "b"); an empty list is wrong usage."""
+    if value is None:
+        return None
+    names = tuple(part.strip() for part in value.split(",") if part.strip())
+    if not names:
+        raise click.BadParameter("the list is empty")
+    return names
+
+
+def load_scene(path: str) -> Scene:
+    from symgen.scene.load import load
+
+    return load(path)
+
+
+def requested(scene: Scene, outputs: str | None, targets: tuple[str, ...] | None, precision: str | None) -> Scene:
+    """The scene with what the command line asks for in place of what the file asks for."""
+    from symgen.scene.outputs import check_outputs, parse_outputs
+
+    if outputs is not None:
+        parsed = parse_outputs(outputs)
+        frames = [body.name for body in scene.bodies] + [frame.name for frame in scene.frames]
+        check_outputs(parsed, frames, ["--outputs"] * len(parsed))
+        scene = replace(scene, outputs=parsed)
+    options = scene.options
+    if targets is not None:
+        options = replace(options, targets=targets)
+    if precision is not None:
+        options = replace(options, precision=precision)
+    return replace(scene, options=options)
+
+
+scene_argument = click.argument("scene", metavar="SCENE")
+json_option = click.option("--json", "as_json", is_flag=True, help="Print a machine-readable result.")
+outputs_option = click.option(
+    "--outputs",
+    metavar="a,b,…",
+    help="Functions in place of the scene's; NAME=a+b puts several outputs into one function.",
+)
+
+
+@click.group(context_settings=HELP)
+@click.version_option(package_name="symgen", message="symgen %(version)s")
+def cli() -> None:
+    """Equations of motion of a multibody system, as certified C and CasADi functions.
+
+    SCENE is a *.scene.yaml or a URDF file.
+    """
+
+
+@cli.command()
+@click.argument("scene", metavar="SCENE", required=False)
+@click.option(
+    "--equations",
+    metavar="[NAME,…]",
+    is_flag=False,
+    flag_value="",
+    help="Print the equations: all that are short to read, or those named (R or velocity_transformation, M or …).",
+)
+@click.option("--format", "style", type=click.Choice(["text", "latex"]), default="text", show_default=True)
+@click.option(
+    "--symbols",
+    type=click.Choice(["names", "paper"]),
+    default="names",
+    show_default=True,
+    help="Write joint axes and offsets out, or as the paper's u and d.",
+)
+@outputs_option
+@json_option
+def show(
+    scene: str | None,
+    equations: str | None,
+    style: str,
+    symbols: str,
+    outputs: str | None,
+    as_json: bool,
+) -> None:
+    """What symgen understood: graph, joints, path matrices, sizes, natural coordinates, plans."""
+    from symgen import show as view
+
+    if scene is None and equations:  # `symgen show --equations SCENE`: the option took the argument
+        scene, equations = equations, ""
+    if scene is None:
+        raise click.UsageError("Missing argument 'SCENE'.")
+    loaded = requested(load_scene(scene), outputs, None, None)
+    if equations is not None:
+        names = tuple(part.strip() for part in equations.split(",") if part.strip())
+        printed = view.equations(loaded, names, style, symbols == "paper")
+        if as_json:
+            emit_json({"name": loaded.name, "format": style, "equations": dict(printed)})
+        else:
+            click.echo("\n\n".join(f"{view.equation_heading(name, style)}\n{text}" for name, text in printed))
+    elif as_json:
+        emit_json(view.as_json(loaded))
+    else:
+        click.echo(view.as_text(loaded))
+
+
+@cli.command()
+@scene_argument
+@click.option("-o", "--output", "directory", required=True, metavar="DIR", help="Where the files go.")
+@outputs_option
+@click.option("--target", "targets", metavar="c,casadi", callback=split_names, help="What to generate.")
+@click.option("--precision", type=click.Choice(["double", "float"]))
+@json_option
+def generate(
+    scene: str,
+    directory: str,
+    outputs: str | None,
+    targets: tuple[str, ...] | None,
+    precision: str | None,
+    as_json: bool,
+) -> None:
+    """Derive, certify and write the functions of a scene."""
+    from symgen import show as view
+    from symgen.generate import generate as run
+
+    loaded = requested(load_scene(scene), outputs, targets, precision)
+    with progress_bar(as_json) as progress:
+        artifact = run(loaded, Path(directory), progress=progress)
+    if as_json:
+        emit_json({"directory": directory, "manifest": artifact.manifest})
+    else:
+        click.echo(view.manifest_text(artifact.manifest, directory))
+
+
+@cli.command()
+@scene_argument
+@click.option(
+    "--against",
+    metavar="pinocchio,exudyn",
+    default="pinocchio,exudyn",
+    show_default=True,
+    callback=split_names,
+    help="Simulators to compare with.",
+)
+@click.option("--states", type=click.IntRange(1, 1_000_000), default=1000, show_default=True, help="Random states.")
+@click.option("--report", metavar="FILE.html", help="Write the report of this scene.")
+@json_option
+def validate(scene: str, against: tuple[str, ...], states: int, report: str | None, as_json: bool) -> int:
+    """Compare the generated code with independent simulators, closed forms and first integrals."""
+    from symgen.validation import validate as run
+
+    loaded = load_scene(scene)
+    with progress_bar(as_json) as progress:
+        result = run(loaded, against=against, states=states, progress=progress)
+    if report is not None:
+        from symgen.report import write_report
+
+        write_report(Path(report), loaded, result)
+    if as_json:
+        emit_json(result.to_json())
+    else:
+        click.echo(result.to_text())
+    return 0 if result.passed else 1
+
+
+@cli.command()
+@scene_argument
+@outputs_option
+@click.option("--states", type=click.IntRange(1, 1_000_000), default=1000, show_default=True, help="States per batch.")
+@click.option("--report", metavar="FILE.html", help="Write the table as a page.")
+@json_option
+def bench(scene: str, outputs: str | None, states: int, report: str | None, as_json: bool) -> None:
+    """Speed and error of the generated C, beside the peers that are installed."""
+    from symgen import bench as bench_room
+
+    loaded = requested(load_scene(scene), outputs, ("c",), None)
+    with progress_bar(as_json) as progress:
+        result = bench_room.bench(loaded, states=states, progress=progress)
+    if report is not None:
+        bench_room.write_report(Path(report), result)
+    if as_json:
+        emit_json(result.to_json())
+    else:
+        click.echo(result.to_text())
+
+
+def _fail(message: str, status: int, as_json: bool) -> int:
+    click.echo(f"symgen: {one_line(message)}", err=True)
+    if as_json:
+        emit_json({"error": one_line(message), "exit_status": status})
+    return status
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run one command line; returns the exit status and raises nothing."""
+    as_json = "--json" in arguments
+    try:
+        result: Any = cli.main(args=list(arguments), prog_name="symgen", standalone_mode=False)
+        sys.stdout.flush()
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.ctx.get_help() if error.ctx else "", err=True)
+        return 2
+    except click.ClickException as error:
+        context = getattr(error, "ctx", None)
+        hint = f" (try 'symgen {context.info_name} --help')" if context and context.parent else " (try 'symgen --help')"
+        return _fail(error.format_message() + hint, 2, as_json)
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("symgen: interrupted", err=True)
+        return 130
+    except BrokenPipeError:
+        # Nobody reads any more; keep the interpreter from complaining when it flushes at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
+    except SymgenError as error:
+        return _fail(str(error), error.exit_status, as_json)
+    except Exception as error:
+        if os.environ.get("SYMGEN_DEBUG"):
+            raise
+        kind = f"{type(error).__name__}: {error}"
+        advice = "this is a bug in symgen; please report it with the scene (SYMGEN_DEBUG=1 shows the traceback)"
+        return _fail(f"unexpected {kind}; {advice}", 2, as_json)
+    return result if isinstance(result, int) else 0
+
+
+def main() -> None:
+    """Entry point of the command ``symgen``."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):  # a terminal that cannot show π still gets the rest
+            stream.reconfigure(errors="backslashreplace")
+    sys.exit(run(sys.argv[1:]))

@@ -1,0 +1,238 @@
+"""What ``symgen show`` prints: functions from a tree or a system to text, or to plain data for ``--json``."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from symgen.errors import NotSupportedError
+from symgen.scene.joints import JOINT_TYPES
+from symgen.scene.model import GROUND, Joint, Scene
+from symgen.topology.graph import cycles
+from symgen.topology.tree import Tree, TreeBody, build_tree
+
+if TYPE_CHECKING:
+    from symgen.natural.entities import Entity
+    from symgen.system import System
+
+
+def width(text: str) -> int:
+    """Columns a terminal needs: combining marks (ẋ as x + dot) take none, wide characters two."""
+    return sum(0 if unicodedata.combining(c) else 2 if unicodedata.east_asian_width(c) in "WF" else 1 for c in text)
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[object]], right: Sequence[int] = ()) -> str:
+    """Aligned columns under a ruled header; the columns in ``right`` are flush right."""
+    cells = [list(header), *([str(cell) for cell in row] for row in rows)]
+    widths = [max(width(row[k]) for row in cells) for k in range(len(header))]
+
+    def line(row: Sequence[str]) -> str:
+        padded = []
+        for k, cell in enumerate(row):
+            space = " " * (widths[k] - width(cell))
+            padded.append(space + cell if k in right else cell + space)
+        return "  ".join(padded).rstrip()
+
+    rule = "  ".join("─" * w for w in widths)
+    return "\n".join([line(cells[0]), rule, *map(line, cells[1:])])
+
+
+def number(value: Fraction) -> str:
+    """An exact number for reading: a decimal of up to six digits, ``≈`` in front where that rounds."""
+    short = f"{float(value):.6g}"
+    return short if Fraction(short) == value else f"≈{short}"
+
+
+def vector(values: Iterable[Fraction]) -> str:
+    return "[" + ", ".join(number(Fraction(value)) for value in values) + "]"
+
+
+def graph_tree(tree: Tree) -> str:
+    """The spanning tree with bodies as nodes and joints on the branches; cut joints below it."""
+    lines = [GROUND]
+
+    def branch(bodies: Sequence[TreeBody], indent: str) -> Iterable[tuple[TreeBody, str, str]]:
+        for position, body in enumerate(bodies):
+            last = position == len(bodies) - 1
+            yield body, indent + ("└─ " if last else "├─ "), indent + ("   " if last else "│  ")
+
+    roots = [body for body in tree.bodies if body.parent < 0]
+    stack = list(reversed(list(branch(roots, ""))))
+    while stack:
+        body, head, indent = stack.pop()
+        welded = [part.name for part, _ in body.parts if part.name != body.name]
+        note = f"  (with {', '.join(welded)})" if welded else ""
+        lines.append(f"{head}{body.joint.name} ({body.joint.type}) → {body.name}{note}")
+        children = [tree.bodies[k] for k in tree.children[body.index]]
+        stack.extend(reversed(list(branch(children, indent))))
+    lines += [f"cut: {joint.name} ({joint.type}) {joint.parent} ╌╌ {joint.child}" for joint in tree.cut_joints]
+    return "\n".join(lines)
+
+
+def _span(start: int, size: int, letter: str) -> str:
+    return f"{letter}{start}" if size == 1 else f"{letter}{start}…{start + size - 1}"
+
+
+def _axis(joint: Joint) -> str:
+    axes = [vector(axis) for axis in (joint.axis, joint.axis2) if axis is not None]
+    pitch = [f"pitch {number(joint.pitch)} m/rad"] if joint.pitch is not None else []
+    return " ".join(axes + pitch) or "–"
+
+
+def joint_table(tree: Tree) -> str:
+    """Tree joints in coordinate order: what each connects and which entries of q and v are its own."""
+    rows = []
+    for body in tree.bodies:
+        joint = body.joint
+        parent = tree.bodies[body.parent].name if body.parent >= 0 else GROUND
+        motion = (_span(body.q, body.nq, "q"), _span(body.v, body.nv, "v"))
+        rows.append((joint.name, joint.type, f"{parent} → {body.name}", _axis(joint), *motion))
+    return table(("joint", "type", "parent → child", "axis", "q", "v"), rows)
+
+
+def labelled_matrix(matrix: Sequence[Sequence[int]], tree: Tree) -> str:
+    """A bodies × edges matrix with the names beside it."""
+    header = ["", *(body.joint.name for body in tree.bodies)]
+    rows = [[body.name, *(str(entry) for entry in row)] for body, row in zip(tree.bodies, matrix, strict=True)]
+    return table(header, rows, right=range(1, len(header)))
+
+
+def cut_joint_text(scene: Scene, tree: Tree) -> str:
+    """One line per loop: its joints, the one that is cut, and whether symgen chose it."""
+    lines = []
+    for loop, joint in zip(cycles(scene), tree.cut_joints, strict=True):
+        why = "as the scene asks" if joint.cut else "chosen: fewest closure equations, then last in the scene"
+        equations = 6 - JOINT_TYPES[joint.type].nv
+        lines.append(f"loop {' – '.join(loop)}: cut at {joint.name} ({why}; {equations} closure equations in space)")
+    return "\n".join(lines)
+
+
+def entity_table(entities: Iterable[Entity], tree: Tree) -> str:
+    """Natural coordinates: who shares each point and vector, where it is, and its rows of x."""
+
+    def owner(index: int) -> str:
+        return GROUND if index < 0 else tree.bodies[index].name
+
+    rows = []
+    for entity in entities:
+        place = "constant" if entity.start is None else _span(entity.start, entity.size, "x")
+        bodies = ", ".join(owner(index) for index in sorted(entity.local)) or owner(entity.home)
+        local = vector(entity.local[entity.home]) if entity.home in entity.local else "–"
+        rows.append((entity.label, entity.kind, bodies, local, place))
+    return table(("name", "kind", "shared by", "in the frame of the first", "rows"), rows)
+
+
+def _functions(scene: Scene) -> tuple[str, ...]:
+    from symgen.scene.outputs import DEFAULT_OUTPUTS
+
+    return tuple(output.name for output in scene.outputs or DEFAULT_OUTPUTS)
+
+
+def plan_rows(system: System) -> list[dict[str, Any]]:
+    """Every plan of every function asked for, with its operations; the chosen one is marked."""
+    rows = []
+    for name in _functions(system.scene):
+        for choice in system.plans(name):
+            c = choice.counts
+            operations = {"add": c.add, "mul": c.mul, "div": c.div, "sqrt": c.sqrt, "sincos": c.sincos}
+            rows.append(
+                {"function": name, "plan": choice.plan, "operations": operations, "flops": c.flops,
+                 "chosen": choice.chosen, "why": choice.why}
+            )  # fmt: skip
+    return rows
+
+
+def plan_table(system: System) -> str:
+    rows = []
+    previous = ""
+    for row in plan_rows(system):
+        name = row["function"] if row["function"] != previous else ""
+        previous = row["function"]
+        mark = "●" if row["chosen"] else ""
+        rows.append((name, mark, row["plan"], *row["operations"].values(), row["flops"], row["why"]))
+    header = ("function", "", "plan", "add", "mul", "div", "sqrt", "sincos", "flops", "why")
+    return table(header, rows, right=range(3, 9))
+
+
+def _system(scene: Scene) -> tuple[System | None, str]:
+    """The derived system, or why there is none (a closed loop is shown, but not derived)."""
+    from symgen.system import derive
+
+    try:
+        return derive(scene), ""
+    except NotSupportedError as error:
+        return None, str(error)
+
+
+def _section(title: str, body: str) -> str:
+    return f"{title}\n{body}" if body else ""
+
+
+def as_text(scene: Scene) -> str:
+    """Everything ``symgen show`` says about a scene."""
+    tree = build_tree(scene)
+    system, refusal = _system(scene)
+    sizes = f"{len(tree.bodies)} moving bodies, nq = {tree.nq}, nv = {tree.nv}"
+    if system is not None:
+        sizes += f", nn = {system.natural.nn} natural coordinates, nc = {system.natural.nc} constraints"
+    sections = [
+        f"{scene.name}: {sizes}",
+        _section("Graph", graph_tree(tree)),
+        _section("Joints", joint_table(tree)),
+        _section("Loops", cut_joint_text(scene, tree)),
+        _section("Path matrix π", labelled_matrix(tree.path_matrix.tolist(), tree)),
+        _section("Secondary path matrix π*", labelled_matrix(tree.secondary_path_matrix.tolist(), tree)),
+    ]
+    if system is not None:
+        sections += [
+            _section("Natural coordinates", entity_table(system.natural.entities, tree)),
+            _section("Plans (● chosen)", plan_table(system)),
+        ]
+    notes = [*scene.notes, *([refusal] if refusal else [])]
+    sections.append(_section("Notes", "\n".join(f"- {note}" for note in notes)))
+    return "\n\n".join(section for section in sections if section)
+
+
+def as_json(scene: Scene) -> dict[str, Any]:
+    """The same as plain data; matrices as lists of rows."""
+    tree = build_tree(scene)
+    system, refusal = _system(scene)
+    result: dict[str, Any] = {
+        "name": scene.name,
+        "nq": tree.nq,
+        "nv": tree.nv,
+        "joints": [
+            {
+                "name": body.joint.name,
+                "type": body.joint.type,
+                "parent": tree.bodies[body.parent].name if body.parent >= 0 else GROUND,
+                "child": body.name,
+                "q": [body.q, body.nq],
+                "v": [body.v, body.nv],
+            }
+            for body in tree.bodies
+        ],
+        "path_matrix": tree.path_matrix.tolist(),
+        "secondary_path_matrix": tree.secondary_path_matrix.tolist(),
+        "loops": [
+            {"joints": list(loop), "cut": joint.name, "forced": joint.cut}
+            for loop, joint in zip(cycles(scene), tree.cut_joints, strict=True)
+        ],
+        "notes": list(scene.notes),
+    }
+    if system is None:
+        result["not_supported"] = refusal
+        return result
+    natural = system.natural
+    result |= {
+        "nn": natural.nn,
+        "nc": natural.nc,
+        "natural_coordinates": [
+            {"name": e.label, "kind": e.kind, "rows": None if e.start is None else [e.start, e.size]}
+            for e in natural.entities
+        ],
+        "plans": plan_rows(system),
+    }
+    return result
