@@ -1,0 +1,189 @@
+"""Measure every function of a scene: derive, generate, compile, run, compare."""
+
+from __future__ import annotations
+
+import platform
+import statistics
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from symgen.artifact import RELEASE_FLAGS, find_compiler
+from symgen.bench import callgrind
+from symgen.bench.multiprecision import exact_outputs, relative_error
+from symgen.bench.peers import OVERHEAD_NOTE, pinocchio_calls
+from symgen.bench.result import BenchResult, FunctionRow, PeerRow
+from symgen.errors import ToolError
+from symgen.program.instructions import Program, count
+from symgen.scene.model import Scene
+from symgen.system import System, derive
+from symgen.validation.mechanism import build_mechanism, random_state
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+REPEATS = 9
+ERROR_STATES = 5
+CALLGRIND_STATES = 4
+
+Times = dict[str, list[float]]
+"""Name → nanoseconds per state, one entry per repeat."""
+
+
+def sample_states(scene: Scene, system: System, n: int, seed: int = 1) -> list[dict[str, Any]]:
+    """n random states: joint positions and velocities as in validation, a and tau within ±5, dt 1 ms, default p."""
+    rng = np.random.default_rng(seed)
+    mechanism = build_mechanism(scene)
+    p = np.array([float(x) for parameter in scene.parameters for x in parameter.default])
+    states = []
+    for _ in range(n):
+        q, v = random_state(mechanism, rng)
+        a, tau = rng.uniform(-5, 5, (2, system.tree.nv))
+        states.append({"q": q, "v": v, "a": a, "tau": tau, "dt": 1e-3, "p": p})
+    return states
+
+
+def derive_programs(scene: Scene, names: Sequence[str]) -> tuple[System, dict[str, Program], dict[str, float]]:
+    """A fresh derivation, and the milliseconds each function took (the first carries what all share)."""
+    programs, milliseconds = {}, {}
+    started = time.perf_counter()
+    system = derive(scene)
+    for name in names:
+        programs[name] = system.program(name)
+        now = time.perf_counter()
+        milliseconds[name] = (now - started) * 1e3
+        started = now
+    return system, programs, milliseconds
+
+
+def batch_calls(
+    loaded: Any, programs: Mapping[str, Program], states: Sequence[Mapping[str, Any]]
+) -> dict[str, Callable[[], Any]]:
+    """Function → a call over all states at once; functions without a state input have none."""
+    columns: dict[str, NDArray[np.float64] | float] = {
+        key: np.ascontiguousarray([state[key] for state in states]) for key in ("q", "v", "a", "tau")
+    }
+    columns |= {"dt": states[0]["dt"], "p": states[0]["p"]}
+    calls = {}
+    for name, program in programs.items():
+        wanted = [port.name for port in program.inputs]
+        if {"q", "v"} & set(wanted):
+            calls[name] = partial(getattr(loaded, name), *(columns[key] for key in wanted))
+    return calls
+
+
+def interleaved(calls: Mapping[str, Callable[[], Any]], states: int, repeats: int, tick: Callable[[], None]) -> Times:
+    """Time every call in turn, ``repeats`` rounds, so that a slow spell of the machine hits all alike."""
+    times: Times = {name: [] for name in calls}
+    for call in calls.values():
+        call()
+    for _ in range(repeats):
+        for name, call in calls.items():
+            started = time.perf_counter_ns()
+            call()
+            times[name].append((time.perf_counter_ns() - started) / states)
+        tick()
+    return times
+
+
+def largest_error(program: Program, loaded: Any, states: Sequence[Mapping[str, Any]]) -> float:
+    """Over the states and outputs, compiled code against the exact program."""
+    worst = 0.0
+    for state in states:
+        arguments = [state[port.name] for port in program.inputs]
+        computed = getattr(loaded, program.name)(*arguments)
+        outputs = computed if isinstance(computed, tuple) else (computed,)
+        exact = exact_outputs(program, {p.name: np.atleast_1d(state[p.name]) for p in program.inputs})
+        for port, array in zip(program.outputs, outputs, strict=True):
+            worst = max(worst, relative_error(np.ravel(array), exact[port.name]))
+    return worst
+
+
+def processor() -> str:
+    """What the machine says it computes with."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return models[0] if models else platform.machine()
+
+
+def compiler_version(cc: str) -> str:
+    ran = subprocess.run([cc, "--version"], capture_output=True, text=True, check=False)
+    return ran.stdout.splitlines()[0] if ran.stdout else cc
+
+
+def bench(
+    scene: Scene, states: int = 1000, repeats: int = REPEATS, progress: Callable[[int, int, str], None] | None = None
+) -> BenchResult:
+    """Measure every function the scene asks for; see `BenchResult` for the figures.
+
+    Raises ToolError without a C compiler. Peers that are not installed are left out.
+    """
+    from symgen.generate import generate
+    from symgen.scene.outputs import DEFAULT_OUTPUTS
+
+    total, done = repeats + 4, 0
+
+    def tick(what: str = "timing") -> None:
+        nonlocal done
+        done += 1
+        if progress is not None:
+            progress(done, total, what)
+
+    names = [output.name.replace(":", "_") for output in scene.outputs or DEFAULT_OUTPUTS]
+    system, programs, milliseconds = derive_programs(scene, names)
+    tick("derived")
+    samples = sample_states(scene, system, states)
+    cc = find_compiler()
+    with tempfile.TemporaryDirectory() as scratch:
+        started = time.perf_counter()
+        artifact = generate(scene, Path(scratch, "c"))
+        generated = time.perf_counter()
+        loaded = artifact.load()
+        compiled = time.perf_counter()
+        tick("compiled")
+        calls: dict[str, Callable[[], Any]] = batch_calls(loaded, programs, samples)
+        peers = {f"pinocchio {name}": call for name, call in pinocchio_calls(scene, samples).items()}
+        times = interleaved({**calls, **peers}, states, repeats, tick)
+        errors = {name: largest_error(program, loaded, samples[:ERROR_STATES]) for name, program in programs.items()}
+        tick("error")
+        notes, counts = [], {}
+        if callgrind.available():
+            try:
+                counts = callgrind.count_instructions(artifact.path, artifact.manifest, samples[:CALLGRIND_STATES], cc)
+            except ToolError as error:
+                notes.append(f"no instruction counts: {error}")
+        else:
+            notes.append("no instruction counts: valgrind is not installed")
+        tick("counted")
+    rows = tuple(
+        FunctionRow(
+            name, program.plan, count(program).flops, count(program).sincos, milliseconds[name],
+            min(times[name]) if name in times else None, statistics.median(times[name]) if name in times else None,
+            counts.get(name), errors[name],
+        )
+        for name, program in programs.items()
+    )  # fmt: skip
+    return BenchResult(
+        scene.name, processor(), compiler_version(cc), " ".join(RELEASE_FLAGS), states, repeats,
+        generated - started, compiled - generated, rows, peer_rows(times, {row.function for row in rows}),
+        (*notes, OVERHEAD_NOTE) if peers else (*notes, "no peer is installed: pip install 'symgen[validation]'"),
+    )  # fmt: skip
+
+
+def peer_rows(times: Times, functions: set[str]) -> tuple[PeerRow, ...]:
+    """The peers' times for the functions we made too, and of the empty call."""
+    rows = []
+    for name, series in times.items():
+        peer, _, function = name.partition(" ")
+        if peer == "pinocchio" and (function in functions or function == "empty call"):
+            rows.append(PeerRow(peer, function, min(series), statistics.median(series)))
+    return tuple(rows)
