@@ -1,0 +1,31 @@
+"""From a file to a Scene."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from symgen.errors import NotSupportedError, SceneError
+from symgen.scene.assemble import assemble, urdf_scene
+from symgen.scene.document import clean, decode, parse_yaml, read_bytes
+from symgen.scene.model import Scene
+
+
+def load(path: str | os.PathLike[str]) -> Scene:
+    """Read a scene (``.yaml``), or a model (``.urdf``), as a validated Scene with exact numbers.
+
+    The kind is taken from the content: XML is a model, the rest is YAML. Raises SceneError with one
+    line that names file and place; NotSupportedError for what is right but cannot be done yet.
+    """
+    path = Path(path)
+    if path.suffix == ".xacro":
+        raise SceneError(f"is a macro file; expand it first: xacro {path.name} > model.urdf", clean(path.name))
+    data = read_bytes(path)
+    name = clean(path.name, 120)
+    if data.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<"):
+        return urdf_scene(data, name)
+    if path.suffix in (".urdf", ".xml"):
+        raise SceneError("is not XML", name)
+    if path.suffix in (".sdf", ".usd", ".usda", ".mjcf"):
+        raise NotSupportedError(f"{name}: {path.suffix} files are not read yet; give a scene (.yaml) or URDF")
+    return assemble(parse_yaml(decode(data, name), name), path.parent)
