@@ -1,0 +1,86 @@
+"""Composite plan: the mass matrix from inertias accumulated from the leaves, in body axes (theory, §5).
+
+R factors along paths, so RᵀMR[i, j] is the force that moving joint j alone asks of joint i, carried by the
+composite inertia of everything beyond j.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from symgen.algebra.linear import IDENTITY, ZERO, Vec, add, cross, matvec, mul, scale, vadd
+from symgen.plans import free
+from symgen.plans.inertia import Inertia, moment_of_inertia
+from symgen.plans.walk import BALL, FREE, Links, Moving
+
+Scalar = Any
+
+
+def composite_inertias(links: Links) -> list[Inertia]:
+    """Inertia of each link with everything beyond it, about the link's origin, link axes."""
+    found = list(links.inertias)
+
+    def step(at: Moving, composite: Inertia) -> Inertia:
+        found[at.link.index] = composite
+        links.name(f"hc_{at.link.name}", composite.first)
+        return at.inertia_to_parent(composite) if at.link.parent >= 0 else composite
+
+    links.inward("composite inertia", links.inertias, step, lambda mine, theirs: mine.plus(theirs))
+    return found
+
+
+def field_wrench(inertia: Inertia, w: Vec, v: Vec) -> tuple[Vec, Vec]:
+    """(force, moment about the origin) of the acceleration field v + w × x: m v + w × h, (tr Σ − Σ) w + h × v."""
+    force = vadd(scale(inertia.mass, v), cross(w, inertia.first))
+    return force, vadd(matvec(moment_of_inertia(inertia), w), cross(inertia.first, v))
+
+
+def unit_motions(at: Moving) -> list[tuple[Vec, Vec]]:
+    """(w, v) in link axes of every joint velocity of a link that is not free."""
+    if at.link.kind == BALL:
+        return [(axis, ZERO) for axis in IDENTITY]
+    return [((0, 0, at.angular), (0, 0, at.linear))]
+
+
+def project(at: Moving, force: Vec, moment: Vec, convention: str) -> Vec:
+    """What a wrench about the link's origin, in link axes, asks of the link's own joint."""
+    if at.link.kind == FREE:
+        return free.generalised_force(at, force, moment, convention)
+    if at.link.kind == BALL:
+        return moment
+    return (add(mul(at.angular, moment[2]), mul(at.linear, force[2])),)
+
+
+def mass_matrix(links: Links, armature: Sequence[Scalar]) -> list[list[Scalar]]:
+    """RᵀMR with the armature on its diagonal, dense rows; entries between branches are structural zeros."""
+    nv, convention = links.tree.nv, links.values.scene.options.base_velocity
+    m: list[list[Scalar]] = [[0] * nv for _ in range(nv)]
+    composites = composite_inertias(links)
+    for at in links.moving:
+        with links.phase(f"mass matrix: columns of {at.link.name}"):
+            composite, start = composites[at.link.index], at.link.v
+            if at.link.kind == FREE:
+                for i, row in enumerate(free.block(at, composite, convention)):
+                    m[start + i][start : start + 6] = row
+                continue
+            for k, (w, v) in enumerate(unit_motions(at)):
+                _column(links, m, at, k, field_wrench(composite, w, v))
+    for i, extra in enumerate(armature):
+        m[i][i] = add(m[i][i], extra)
+    return m
+
+
+def _column(links: Links, m: list[list[Scalar]], at: Moving, k: int, wrench: tuple[Vec, Vec]) -> None:
+    """Column k of a link's joint: project the wrench on its own joint, then on every joint towards the root."""
+    convention = links.values.scene.options.base_velocity
+    force, moment = wrench
+    j = at.link.v + k
+    for i, value in enumerate(project(at, force, moment, convention)[: k + 1]):
+        m[at.link.v + i][j] = m[j][at.link.v + i] = value
+    here = at
+    for above in links.ancestors(at):
+        force, moment = here.wrench_to_parent(force, moment)
+        for i, value in enumerate(project(above, force, moment, convention)):
+            m[above.link.v + i][j] = m[j][above.link.v + i] = value
+        here = above

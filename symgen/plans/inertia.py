@@ -1,0 +1,139 @@
+"""Inertia of elementary links, and the regrouping that moves what a joint cannot feel to its parent.
+
+A rigid inertia is kept as (mass m, first moment h = ∫ρx, second moment Σ = ∫ρxxᵀ) about the link's origin, in link
+axes: the entries of the pseudo-inertia P (theory, §2). Rotation and shift act on them with fewest operations, and
+the moment of momentum rate follows from Σ and the matrix ω̇̃ + ω̃ω̃ that also gives the forces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from symgen.algebra.linear import ZERO, Mat, Vec, add, matmul, matvec, mul, scale, sub, symmetric, transpose, vadd
+from symgen.natural.mass import pseudo_inertia
+from symgen.plans.links import BALL, SLIDE, TURN, Link
+from symgen.topology.tree import Tree
+from symgen.velocity.values import Values
+
+Scalar = Any
+Six = tuple[Scalar, ...]
+"""(xx, yy, zz, xy, xz, yz)."""
+NO_MOMENT: Six = (0,) * 6
+
+
+@dataclass(frozen=True)
+class Inertia:
+    mass: Scalar = 0
+    first: Vec = ZERO
+    second: Six = NO_MOMENT
+
+    def plus(self, other: Inertia) -> Inertia:
+        return Inertia(add(self.mass, other.mass), vadd(self.first, other.first), vadd(self.second, other.second))
+
+
+def moment_of_inertia(inertia: Inertia) -> Mat:
+    """I = tr(Σ) 1 − Σ about the link's origin."""
+    xx, yy, zz, xy, xz, yz = inertia.second
+    return symmetric((add(yy, zz), add(xx, zz), add(xx, yy), sub(0, xy), sub(0, xz), sub(0, yz)))
+
+
+def signed_permutation(m: Mat) -> bool:
+    """True when a rotation only permutes axes and flips signs."""
+    return all(sum(1 for x in row if x != 0) == 1 for row in m)
+
+
+def rotate_second(turn: Mat, second: Six) -> Six:
+    """Σ ↦ K Σ Kᵀ."""
+    full = symmetric(second)
+    if signed_permutation(turn):
+        source = [next((j, row[j]) for j in range(3) if row[j] != 0) for row in turn]
+
+        def entry(i: int, j: int) -> Scalar:
+            (a, sa), (b, sb) = source[i], source[j]
+            return mul(sa * sb, full[a][b]) if sa * sb == 1 else sub(0, full[a][b])
+
+    else:
+        product = matmul(turn, full)
+
+        def entry(i: int, j: int) -> Scalar:
+            return sum_products(product[i], turn[j])
+
+    return (entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2))
+
+
+def sum_products(a: Vec, b: Vec) -> Scalar:
+    result: Scalar = 0
+    for x, y in zip(a, b, strict=True):
+        result = add(result, mul(x, y))
+    return result
+
+
+def turn_second(c: Scalar, s: Scalar, second: Six) -> Six:
+    """Σ turned about z by the angle of (c, s): with u = c(Σxx − Σyy) − 2sΣxy, ten operations and a plane rotation."""
+    xx, yy, zz, xy, xz, yz = second
+    u = sub(mul(c, sub(xx, yy)), mul(s, mul(2, xy)))
+    return (
+        add(yy, mul(c, u)),
+        sub(xx, mul(c, u)),
+        zz,
+        add(xy, mul(s, u)),
+        sub(mul(c, xz), mul(s, yz)),
+        add(mul(s, xz), mul(c, yz)),
+    )
+
+
+def shift(inertia: Inertia, offset: Vec) -> Inertia:
+    """The same inertia about a point ``offset`` behind its origin (x ↦ x + offset)."""
+    h, r, m = inertia.first, offset, inertia.mass
+    moved = vadd(h, scale(m, r))
+    # Σ + r hᵀ + h rᵀ + m r rᵀ, written as r hᵀ + (h + m r) rᵀ.
+    pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+    second = tuple(
+        add(old, add(mul(r[i], h[j]), mul(moved[i], r[j]))) if i != j else add(old, mul(r[i], add(h[i], moved[i])))
+        for old, (i, j) in zip(inertia.second, pairs, strict=True)
+    )
+    return Inertia(m, moved, second)
+
+
+def link_inertias(tree: Tree, links: Sequence[Link], values: Values) -> list[Inertia]:
+    """Each link's own inertia in its own axes: pseudo-inertia of the body, moved into link axes."""
+    found = []
+    for link in links:
+        if not link.carries:
+            found.append(Inertia())
+            continue
+        p = pseudo_inertia(tree.bodies[link.body].parts, values)
+        body = Inertia(p[0][0], tuple(p[0][1:]), (p[1][1], p[2][2], p[3][3], p[1][2], p[1][3], p[2][3]))
+        back = transpose(link.axes)
+        about = shift(body, values.vector(scale(-1, link.shift)))
+        turn = values.matrix(back)
+        found.append(Inertia(about.mass, matvec(turn, about.first), rotate_second(turn, about.second)))
+    return found
+
+
+def regroup(links: Sequence[Link], inertias: Sequence[Inertia], values: Values) -> list[Inertia]:
+    """Move to the parent what a joint cannot feel (base parameters, exactly).
+
+    A turning joint feels neither mass nor moments on its axis (m, h_z, Σ_zz), a slide not the rotational inertia
+    (Σ), a ball joint not the mass at its centre. What ends in ground is felt by nothing.
+    """
+    kept = list(inertias)
+    for link in reversed(links):
+        own = kept[link.index]
+        if link.kind == TURN:
+            moved = Inertia(own.mass, (0, 0, own.first[2]), (0, 0, own.second[2], 0, 0, 0))
+            rest = Inertia(0, (*own.first[:2], 0), (*own.second[:2], 0, *own.second[3:]))
+        elif link.kind == SLIDE:
+            moved, rest = Inertia(0, ZERO, own.second), Inertia(own.mass, own.first, NO_MOMENT)
+        elif link.kind == BALL:
+            moved, rest = Inertia(own.mass), Inertia(0, own.first, own.second)
+        else:
+            continue
+        kept[link.index] = rest
+        if link.parent >= 0:
+            turn, offset = values.matrix(link.turn), values.vector(link.offset)
+            turned = Inertia(moved.mass, matvec(turn, moved.first), rotate_second(turn, moved.second))
+            kept[link.parent] = kept[link.parent].plus(shift(turned, offset))
+    return kept

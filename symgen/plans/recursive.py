@@ -1,0 +1,127 @@
+"""Recursive plan: inverse dynamics, bias and gravity forces by one outward and one inward pass in body axes.
+
+τ = mass_matrix·a + C·v + gravity_force, without forming any of them (Newton–Euler on what the literal form says;
+theory, §5). Forces and moments of a link both follow from U = ω̇̃ + ω̃ω̃, shared with the motion of its children.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from symgen.algebra.linear import ZERO, Mat, Vec, add, cross, matvec, mul, scale, sub, vadd
+from symgen.plans import free
+from symgen.plans.inertia import Inertia
+from symgen.plans.walk import BALL, FREE, Links, Moving
+
+Scalar = Any
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A link's motion in its own axes: ω, ω̇, U = ω̇̃ + ω̃ω̃, and the origin's acceleration less gravity."""
+
+    w: Vec
+    w_rate: Vec
+    u: Mat
+    squares: Vec
+    """ω_x², ω_y², ω_z²."""
+    a: Vec
+
+
+def spin_matrix(w: Vec, w_rate: Vec) -> tuple[Mat, Vec]:
+    """U = ω̇̃ + ω̃ω̃ and the squares of ω."""
+    x, y, z = w
+    xx, yy, zz = mul(x, x), mul(y, y), mul(z, z)
+    xy, xz, yz = mul(x, y), mul(x, z), mul(y, z)
+    ax, ay, az = w_rate
+    u = (
+        (sub(0, add(yy, zz)), sub(xy, az), add(xz, ay)),
+        (add(xy, az), sub(0, add(xx, zz)), sub(yz, ax)),
+        (sub(xz, ay), add(yz, ax), sub(0, add(xx, yy))),
+    )
+    return u, (xx, yy, zz)
+
+
+def wrench(inertia: Inertia, motion: Motion) -> tuple[Vec, Vec]:
+    """Force m a + U h, and moment about the origin: the axial part of UΣ − ΣUᵀ, plus h × a."""
+    u, (sx, sy, sz), a = motion.u, motion.squares, motion.a
+    xx, yy, zz, xy, xz, yz = inertia.second
+    force = vadd(scale(inertia.mass, a), matvec(u, inertia.first))
+    moment = (
+        _sum(mul(yy, u[2][1]), _minus(mul(zz, u[1][2])), mul(xy, u[2][0]), _minus(mul(xz, u[1][0])), mul(yz, sub(sz, sy))),
+        _sum(mul(zz, u[0][2]), _minus(mul(xx, u[2][0])), mul(yz, u[0][1]), _minus(mul(xy, u[2][1])), mul(xz, sub(sx, sz))),
+        _sum(mul(xx, u[1][0]), _minus(mul(yy, u[0][1])), mul(xz, u[1][2]), _minus(mul(yz, u[0][2])), mul(xy, sub(sy, sx))),
+    )
+    return force, vadd(moment, cross(inertia.first, a))
+
+
+def _minus(x: Scalar) -> Scalar:
+    return sub(0, x)
+
+
+def _sum(*terms: Scalar) -> Scalar:
+    result: Scalar = 0
+    for term in terms:
+        result = add(result, term)
+    return result
+
+
+def link_motions(links: Links, v: Sequence[Scalar], a: Sequence[Scalar], gravity: Vec) -> list[Motion]:
+    """Outward pass. ``gravity`` is subtracted from the acceleration of the ground, so that weight needs no pass of
+    its own."""
+    convention = links.values.scene.options.base_velocity
+    root = Motion(ZERO, ZERO, (ZERO, ZERO, ZERO), ZERO, tuple(sub(0, g) for g in gravity))
+
+    def step(at: Moving, parent: Motion) -> Motion:
+        link = at.link
+        rate, rate2 = tuple(v[link.v : link.v + link.nv]), tuple(a[link.v : link.v + link.nv])
+        if link.kind == FREE:
+            linear, w = free.velocity(at, rate, convention)
+            acceleration, w_rate = free.acceleration(at, linear, w, rate2, convention)
+            acceleration = vadd(acceleration, at.to_link(root.a))
+        else:
+            carried, carried_rate = at.to_link(parent.w), at.to_link(parent.w_rate)
+            own, own_rate = ((rate, rate2) if link.kind == BALL else _along_z(at.angular, rate[0], rate2[0]))
+            w = vadd(carried, own)
+            w_rate = vadd(vadd(carried_rate, own_rate), cross(carried, own))
+            acceleration = at.to_link(vadd(parent.a, matvec(parent.u, at.offset)))
+            if at.linear != 0:
+                slide, slide_rate = _along_z(at.linear, rate[0], rate2[0])
+                acceleration = vadd(vadd(acceleration, slide_rate), cross(carried, scale(2, slide)))
+        links.name(f"w_{link.name}", w)
+        links.name(f"dw_{link.name}", w_rate)
+        links.name(f"a_{link.name}", acceleration)
+        u, squares = spin_matrix(w, w_rate)
+        return Motion(w, w_rate, u, squares, acceleration)
+
+    return links.outward("motion", root, step)
+
+
+def _along_z(part: Scalar, rate: Scalar, rate2: Scalar) -> tuple[Vec, Vec]:
+    return (0, 0, mul(part, rate)), (0, 0, mul(part, rate2))
+
+
+def inverse_dynamics(links: Links, v: Sequence[Scalar], a: Sequence[Scalar], gravity: Vec) -> list[Scalar]:
+    """τ without armature, springs and damping. Zero sequences of ``v`` or ``a`` (int 0) cost nothing."""
+    motions = link_motions(links, v, a, gravity)
+    convention = links.values.scene.options.base_velocity
+    tau: list[Scalar] = [0] * links.tree.nv
+
+    def step(at: Moving, outer: tuple[Vec, Vec]) -> tuple[Vec, Vec]:
+        link = at.link
+        own_force, own_moment = wrench(links.inertias[link.index], motions[link.index])
+        force, moment = vadd(own_force, outer[0]), vadd(own_moment, outer[1])
+        links.name(f"f_{link.name}", force)
+        links.name(f"n_{link.name}", moment)
+        if link.kind == FREE:
+            tau[link.v : link.v + 6] = free.generalised_force(at, force, moment, convention)
+        elif link.kind == BALL:
+            tau[link.v : link.v + 3] = moment
+        else:
+            tau[link.v] = add(mul(at.angular, moment[2]), mul(at.linear, force[2]))
+        return at.wrench_to_parent(force, moment) if link.parent >= 0 else (ZERO, ZERO)
+
+    links.inward("force", [(ZERO, ZERO)] * len(links.moving), step, lambda x, y: (vadd(x[0], y[0]), vadd(x[1], y[1])))
+    return tau

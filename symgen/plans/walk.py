@@ -1,0 +1,190 @@
+"""Body-axes kinematics of elementary links: the transforms and joint motions every recursive plan shares.
+
+Plans supply per-link steps; the two walks over the tree are here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from symgen.algebra.linear import (
+    Mat,
+    Vec,
+    add,
+    cross,
+    matmul,
+    matvec,
+    mul,
+    scale,
+    sub,
+    transpose,
+    vadd,
+    vecmat,
+)
+from symgen.plans.inertia import (
+    Inertia,
+    Six,
+    link_inertias,
+    regroup,
+    rotate_second,
+    shift,
+    turn_second,
+)
+from symgen.plans.links import BALL, FREE, SCREW, SLIDE, TURN, Link, lower
+from symgen.topology.tree import Tree
+from symgen.velocity.rotation import quaternion_rotation
+from symgen.velocity.values import Values
+
+Scalar = Any
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Moving:
+    """One link at one state: its rotation and offset relative to the parent, and its motion subspace."""
+
+    link: Link
+    turn: Mat
+    """K, constant part of the rotation, as scalars."""
+    sparse: bool
+    """K is sparse: apply it after the turn about z instead of forming the whole matrix."""
+    c: Scalar
+    s: Scalar
+    whole: Mat | None
+    """The whole rotation, where it is not K times a turn about z."""
+    offset: Vec
+    """Origin in the parent's axes, joint motion included."""
+    angular: Scalar
+    linear: Scalar
+    """Motion subspace of a one-dof link along z: angular part (0 or 1) and linear part (0, 1 or the pitch)."""
+
+    def to_link(self, x: Vec) -> Vec:
+        """A vector of the parent's axes in link axes."""
+        if self.whole is not None:
+            return vecmat(x, self.whole)
+        y = vecmat(x, self.turn)
+        if self.link.kind == SLIDE:
+            return y
+        c, s = self.c, self.s
+        return (add(mul(c, y[0]), mul(s, y[1])), sub(mul(c, y[1]), mul(s, y[0])), y[2])
+
+    def to_parent(self, x: Vec) -> Vec:
+        """A vector of link axes in the parent's axes."""
+        if self.whole is not None:
+            return matvec(self.whole, x)
+        if self.link.kind != SLIDE:
+            c, s = self.c, self.s
+            x = (sub(mul(c, x[0]), mul(s, x[1])), add(mul(s, x[0]), mul(c, x[1])), x[2])
+        return matvec(self.turn, x)
+
+    def second_to_parent(self, second: Six) -> Six:
+        """A symmetric matrix of link axes in the parent's axes."""
+        if self.link.kind in (BALL, FREE):
+            assert self.whole is not None
+            return rotate_second(self.whole, second)
+        if self.link.kind != SLIDE:
+            second = turn_second(self.c, self.s, second)
+        return rotate_second(self.turn, second)
+
+    def matrix_to_parent(self, m: Mat) -> Mat:
+        """E m Eᵀ of a general matrix."""
+        rows = transpose(tuple(self.to_parent(column) for column in transpose(m)))
+        return tuple(self.to_parent(row) for row in rows)
+
+    def inertia_to_parent(self, inertia: Inertia) -> Inertia:
+        turned = Inertia(inertia.mass, self.to_parent(inertia.first), self.second_to_parent(inertia.second))
+        return shift(turned, self.offset)
+
+    def wrench_to_parent(self, force: Vec, moment: Vec) -> tuple[Vec, Vec]:
+        """Force and moment about the link's origin → the same about the parent's origin, parent's axes."""
+        turned = self.to_parent(force)
+        return turned, vadd(self.to_parent(moment), cross(self.offset, turned))
+
+
+@dataclass(frozen=True)
+class Links:
+    """All links of a tree at one state, with their inertias, and the number type they live in."""
+
+    tree: Tree
+    values: Values
+    moving: tuple[Moving, ...]
+    inertias: tuple[Inertia, ...]
+
+    def phase(self, heading: str) -> AbstractContextManager[None]:
+        """A heading for what is computed inside, in number types that keep headings."""
+        keep: Callable[[str], AbstractContextManager[None]] | None = getattr(self.values.numbers, "phase", None)
+        return keep(heading) if keep else nullcontext()
+
+    def name(self, label: str, vector: Sequence[Scalar]) -> None:
+        """A name for a vector, in number types that keep names."""
+        keep: Callable[[str, Sequence[Scalar]], None] | None = getattr(self.values.numbers, "name", None)
+        if keep:
+            keep(label, vector)
+
+    def outward(self, heading: str, root: T, step: Callable[[Moving, T], T]) -> list[T]:
+        """``step(link, parent's result)`` from the root to the leaves."""
+        found: list[T] = []
+        for at in self.moving:
+            with self.phase(f"{heading}: {at.link.name}"):
+                found.append(step(at, found[at.link.parent] if at.link.parent >= 0 else root))
+        return found
+
+    def inward(self, heading: str, start: Sequence[T], step: Callable[[Moving, T], T], join: Callable[[T, T], T]) -> None:
+        """From the leaves to the root: ``step(link, what has arrived)`` gives what the parent joins to its own."""
+        arrived = list(start)
+        for at in reversed(self.moving):
+            with self.phase(f"{heading}: {at.link.name}"):
+                result = step(at, arrived[at.link.index])
+                if at.link.parent >= 0:
+                    arrived[at.link.parent] = join(arrived[at.link.parent], result)
+
+    def ancestors(self, at: Moving) -> tuple[Moving, ...]:
+        """The links on the way to the root, nearest first, without the link itself."""
+        found = []
+        index = at.link.parent
+        while index >= 0:
+            found.append(self.moving[index])
+            index = self.moving[index].link.parent
+        return tuple(found)
+
+
+def _place(link: Link, values: Values, q: Sequence[Scalar]) -> Moving:
+    numbers, turn, offset = values.numbers, values.matrix(link.turn), values.vector(link.offset)
+    if link.kind == BALL:
+        whole = matmul(turn, quaternion_rotation(tuple(q[link.q : link.q + 4])))
+        return Moving(link, turn, False, 1, 0, whole, offset, 0, 0)
+    if link.kind == FREE:
+        whole = matmul(turn, quaternion_rotation(tuple(q[link.q + 3 : link.q + 7])))
+        place = vadd(offset, matvec(turn, tuple(q[link.q : link.q + 3])))
+        return Moving(link, turn, False, 1, 0, whole, place, 0, 0)
+    position, along = q[link.q], tuple(row[2] for row in turn)
+    if link.kind == SLIDE:
+        return Moving(link, turn, True, 1, 0, None, vadd(offset, scale(position, along)), 0, 1)
+    c, s = numbers.cos(position), numbers.sin(position)
+    linear: Scalar = 0
+    if link.kind == SCREW:
+        assert link.joint.pitch is not None
+        linear = values.lift(link.joint.pitch)
+        offset = vadd(offset, scale(mul(linear, position), along))
+    sparse = sum(1 for row in link.turn for x in row if x != 0) <= 5
+    whole_matrix = None
+    if not sparse:
+        rz: Mat = ((c, sub(0, s), 0), (s, c, 0), (0, 0, 1))
+        whole_matrix = matmul(turn, rz)
+    return Moving(link, turn, sparse, c, s, whole_matrix, offset, 1, linear)
+
+
+def links_at(tree: Tree, values: Values, q: Sequence[Scalar], regrouped: bool = True) -> Links:
+    """The elementary links of a tree at q. With ``regrouped``, inertial parameters that joints cannot feel are moved
+    to parents first (the numbers are the same, the operations fewer)."""
+    links = lower(tree)
+    inertias = link_inertias(tree, links, values)
+    if regrouped:
+        inertias = regroup(links, inertias, values)
+    return Links(tree, values, tuple(_place(link, values, q) for link in links), tuple(inertias))
+
+
+__all__ = ["BALL", "FREE", "SCREW", "SLIDE", "TURN", "Links", "Moving", "links_at"]
