@@ -169,10 +169,10 @@ def generate(
     as_json: bool,
 ) -> None:
     """Derive, certify and write the functions of a scene."""
+    loaded = requested(load_scene(scene), outputs, targets, precision)
     from symgen import show as view
     from symgen.generate import generate as run
 
-    loaded = requested(load_scene(scene), outputs, targets, precision)
     with progress_bar(as_json) as progress:
         artifact = run(loaded, Path(directory), progress=progress)
     if as_json:
@@ -196,9 +196,9 @@ def generate(
 @json_option
 def validate(scene: str, against: tuple[str, ...], states: int, report: str | None, as_json: bool) -> int:
     """Compare the generated code with independent simulators, closed forms and first integrals."""
+    loaded = load_scene(scene)
     from symgen.validation import validate as run
 
-    loaded = load_scene(scene)
     with progress_bar(as_json) as progress:
         result = run(loaded, against=against, states=states, progress=progress)
     if report is not None:
@@ -220,9 +220,9 @@ def validate(scene: str, against: tuple[str, ...], states: int, report: str | No
 @json_option
 def bench(scene: str, outputs: str | None, states: int, report: str | None, as_json: bool) -> None:
     """Speed and error of the generated C, beside the peers that are installed."""
+    loaded = requested(load_scene(scene), outputs, ("c",), None)
     from symgen import bench as bench_room
 
-    loaded = requested(load_scene(scene), outputs, ("c",), None)
     with progress_bar(as_json) as progress:
         result = bench_room.bench(loaded, states=states, progress=progress)
     if report is not None:
@@ -241,7 +241,19 @@ def _fail(message: str, status: int, as_json: bool) -> int:
 
 
 def run(arguments: Sequence[str]) -> int:
-    """Run one command line; returns the exit status and raises nothing."""
+    """Run one command line; returns the exit status and raises nothing (unless SYMGEN_DEBUG is set)."""
+    try:
+        return _dispatch(arguments)
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("symgen: interrupted", err=True)
+        return 130
+    except BrokenPipeError:
+        # Nobody reads any more; keep the interpreter from complaining when it flushes at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
+
+
+def _dispatch(arguments: Sequence[str]) -> int:
     as_json = "--json" in arguments
     try:
         result: Any = cli.main(args=list(arguments), prog_name="symgen", standalone_mode=False)
@@ -253,15 +265,12 @@ def run(arguments: Sequence[str]) -> int:
         context = getattr(error, "ctx", None)
         hint = f" (try 'symgen {context.info_name} --help')" if context and context.parent else " (try 'symgen --help')"
         return _fail(error.format_message() + hint, 2, as_json)
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("symgen: interrupted", err=True)
-        return 130
-    except BrokenPipeError:
-        # Nobody reads any more; keep the interpreter from complaining when it flushes at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 141
+    except (click.Abort, KeyboardInterrupt, BrokenPipeError):
+        raise
     except SymgenError as error:
         return _fail(str(error), error.exit_status, as_json)
+    except OSError as error:
+        return _fail(f"{error.filename or 'input or output'}: {error.strerror or error}", 2, as_json)
     except Exception as error:
         if os.environ.get("SYMGEN_DEBUG"):
             raise
