@@ -158,8 +158,9 @@ class Literal:
     # --- the catalogue --------------------------------------------------------------------------------------------
 
     def natural_coordinates(self) -> Vec:
-        poses = [(pose.rotation, pose.origin) for pose in self.at.poses]
-        return coordinates.natural_coordinates(self.natural, self.tree, poses, self.state, self.values.numbers)
+        return coordinates.natural_coordinates(
+            self.natural, self.tree, self.at.poses, self.state, self.values.numbers
+        )
 
     def natural_mass_matrix(self) -> Mat:
         return mass.natural_mass_matrix(self.natural, self.tree, self.values)
