@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from symgen.algebra import linear
 from symgen.natural.entities import Vector
 from symgen.natural.layout import Basis, Complex
-from symgen.natural.plane import AXES, complement, difference, in_plane, product, vector
+from symgen.natural.plane import AXES, complement, cross, difference, in_plane, product, turned, vector
 from symgen.topology.tree import TreeBody
 
 Array = NDArray[Any]
@@ -55,7 +55,7 @@ def body_size(body: TreeBody, points: Sequence[Vector], base: Vector) -> float:
     reach = [sqrt(float(product(d, d))) for d in (difference(point, base) for point in points)]
     for part, pose in body.parts:
         if part.mass > 0:
-            com = vector(linear.vadd(linear.matvec(pose.rotation, part.com), pose.translation))
+            com = vector(linear.vadd(turned(pose.rotation, part.com), pose.translation))
             arm = difference(com, base)
             reach.append(sqrt(float(product(arm, arm))))
             reach.append(sqrt(abs(float(sum(part.inertia[:3]) / part.mass)) / 2))
@@ -118,8 +118,8 @@ def _auxiliary_vectors(candidates: Sequence[Candidate]) -> list[Candidate]:
         e1, e2 = complement(given[0])
         for c, s in ((1, 0), (0, 1), (4, 3), (4, -3), (3, 4), (3, -4)):
             unit = 5 if c and s else 1
-            turned = linear.vadd(linear.scale(Fraction(c, unit), e1), linear.scale(Fraction(s, unit), e2))
-            found.append(vector(turned))
+            between = linear.vadd(linear.scale(Fraction(c, unit), e1), linear.scale(Fraction(s, unit), e2))
+            found.append(vector(between))
     found.extend(axis for axis in AXES if axis not in found)
     return [Candidate("vector", local) for local in found]
 
@@ -180,20 +180,20 @@ def invert_spatial(kinds: Sequence[str], locals_: Sequence[Vector], base: int) -
     rows = tuple(((one if kind == "point" else zero), *local) for kind, local in zip(kinds, locals_, strict=True))
     others = [k for k in range(4) if k != base]
     edges = [difference(locals_[k], locals_[base]) if kinds[k] == "point" else locals_[k] for k in others]
-    adjugate = [vector(linear.cross(edges[1], edges[2])), vector(linear.cross(edges[2], edges[0]))]
-    adjugate.append(vector(linear.cross(edges[0], edges[1])))
-    determinant = product(edges[0], adjugate[0])
+    adjugate = [cross(edges[1], edges[2]), cross(edges[2], edges[0]), cross(edges[0], edges[1])]
+    over = 1 / product(edges[0], adjugate[0])
     axes: list[list[Fraction]] = []
     for m in range(3):
         row = [zero] * 4
         for n, k in enumerate(others):
-            row[k] = adjugate[n][m] / determinant
-            if kinds[k] == "point":
+            row[k] = adjugate[n][m] * over if adjugate[n][m] else zero
+            if row[k] and kinds[k] == "point":
                 row[base] -= row[k]
         axes.append(row)
-    origin = [
-        (one if k == base else zero) - sum((locals_[base][m] * axes[m][k] for m in range(3)), zero) for k in range(4)
-    ]
+    origin = [zero] * 4
+    for k in range(4):
+        shift = product(locals_[base], (axes[0][k], axes[1][k], axes[2][k]))
+        origin[k] = one - shift if k == base else -shift
     return rows, (tuple(origin), *(tuple(row) for row in axes))
 
 

@@ -26,7 +26,7 @@ from symgen.natural.forms import (
     terms,
 )
 from symgen.natural.layout import Constraint, NaturalCoordinates, Term, base_carrier, constant
-from symgen.natural.plane import complement, difference, in_plane, joint_axis, product, vector
+from symgen.natural.plane import complement, cross, difference, in_plane, joint_axis, product, turned
 from symgen.topology.tree import Tree, TreeBody
 
 
@@ -103,7 +103,7 @@ def _ties(natural: NaturalCoordinates, body: TreeBody) -> list[Constraint]:
 
 def _outside(body: TreeBody, local: Vector) -> Vector:
     """A direction given in joint axes, in the parent's axes."""
-    return vector(linear.matvec(body.joint.origin.rotation, local))
+    return turned(body.joint.origin.rotation, local)
 
 
 def _normals(natural: NaturalCoordinates, body: TreeBody) -> tuple[Vector, ...]:
@@ -111,7 +111,7 @@ def _normals(natural: NaturalCoordinates, body: TreeBody) -> tuple[Vector, ...]:
     axis = joint_axis(body.joint)
     if natural.plane is None:
         return complement(axis)
-    return (vector(linear.cross(natural.body_planes[body.index][2], axis)),)
+    return (cross(natural.body_planes[body.index][2], axis),)
 
 
 def _separation(natural: NaturalCoordinates, body: TreeBody) -> tuple[str, Form]:

@@ -20,8 +20,9 @@ from symgen.natural.carriers import (
 )
 from symgen.natural.constraints import build_constraints
 from symgen.natural.entities import Entity, Vector
+from symgen.natural.forms import ground_position
 from symgen.natural.layout import Basis, NaturalCoordinates, base_carrier, constants
-from symgen.natural.plane import find_plane, in_plane, vector
+from symgen.natural.plane import find_plane, in_plane, turned, vector
 from symgen.natural.sharing import PLANAR, SPATIAL, Slot, joint_vector
 from symgen.scene.model import ZERO3
 from symgen.topology.tree import Tree, TreeBody
@@ -144,8 +145,8 @@ def _joint_entities(listing: _Listing, body: TreeBody, slots: Sequence[Slot]) ->
         local = ZERO3 if slot.kind == "point" else joint_vector(joint, slot.which)
         sides: dict[int, Vector] = {}
         if slot.side != "child":
-            outside = linear.matvec(joint.origin.rotation, local)
-            sides[body.parent] = vector(outside) if slot.kind == "vector" else joint.origin.translation
+            outside = turned(joint.origin.rotation, local) if slot.kind == "vector" else joint.origin.translation
+            sides[body.parent] = outside
         if slot.side != "parent":
             sides[body.index] = local
         index = listing.fixed(slot.kind, sides)
@@ -168,7 +169,7 @@ def _declared_entities(listing: _Listing, body: TreeBody) -> None:
             for kind, locals_ in (("point", part.basic_points), ("vector", part.unit_vectors)):
                 if k >= len(locals_):
                     continue
-                local = vector(linear.matvec(pose.rotation, locals_[k]))
+                local = turned(pose.rotation, locals_[k])
                 if kind == "point":
                     local = vector(linear.vadd(local, pose.translation))
                 index = listing.fixed(kind, {body.index: local})
@@ -241,8 +242,7 @@ def ground_coordinates(natural: NaturalCoordinates) -> dict[int, tuple[Fraction,
     found: dict[int, tuple[Fraction, ...]] = {}
     for k, entity in enumerate(natural.entities):
         if entity.start is None:
-            local = entity.local[-1]
-            found[k] = local if natural.plane is None else in_plane(natural.plane, local)
+            found[k] = ground_position(natural, k)
     return found
 
 

@@ -7,12 +7,13 @@ from fractions import Fraction
 from symgen.algebra import linear
 from symgen.natural.entities import Vector
 from symgen.natural.layout import Basis, Complex
-from symgen.scene.model import Joint
+from symgen.scene.model import Joint, Matrix3
 from symgen.topology.tree import Tree
 
 X: Vector = (Fraction(1), Fraction(0), Fraction(0))
 Y: Vector = (Fraction(0), Fraction(1), Fraction(0))
 Z: Vector = (Fraction(0), Fraction(0), Fraction(1))
+NOTHING = Fraction(0)
 AXES: Basis = (X, Y, Z)
 
 TURNING = ("revolute", "continuous", "planar")
@@ -34,7 +35,29 @@ def difference(a: Vector, b: Vector) -> Vector:
 
 
 def product(a: Vector, b: Vector) -> Fraction:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    """a · b, zeros skipped (rational arithmetic is slow)."""
+    found = [x * y for x, y in zip(a, b, strict=True) if x and y]
+    return sum(found[1:], found[0]) if found else Fraction(0)
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """a × b."""
+    return (
+        product((a[1], a[2], NOTHING), (b[2], -b[1], NOTHING)),
+        product((a[2], a[0], NOTHING), (b[0], -b[2], NOTHING)),
+        product((a[0], a[1], NOTHING), (b[1], -b[0], NOTHING)),
+    )
+
+
+def turned(rotation: Matrix3, local: Vector) -> Vector:
+    """rotation · local."""
+    return (product(rotation[0], local), product(rotation[1], local), product(rotation[2], local))
+
+
+def turned_back(rotation: Matrix3, outer: Vector) -> Vector:
+    """rotationᵀ · outer."""
+    columns: list[Vector] = list(zip(*rotation, strict=True))
+    return (product(columns[0], outer), product(columns[1], outer), product(columns[2], outer))
 
 
 def complement(n: Vector) -> tuple[Vector, Vector]:
@@ -86,7 +109,7 @@ def _first_normal(tree: Tree) -> Vector | None:
         if body.joint.type in TURNING:
             normal = joint_axis(body.joint)
             for index in reversed(tree.path(body.index)):
-                normal = vector(linear.matvec(tree.bodies[index].joint.origin.rotation, normal))
+                normal = turned(tree.bodies[index].joint.origin.rotation, normal)
             return normal
         if body.joint.type not in SLIDING:
             return None
@@ -106,7 +129,7 @@ def find_plane(tree: Tree) -> tuple[Basis, tuple[Basis, ...]] | None:
     normals: list[Vector] = []
     for body in tree.bodies:
         parent = ground[2] if body.parent < 0 else normals[body.parent]
-        normal = vector(linear.vecmat(parent, body.joint.origin.rotation))
+        normal = turned_back(body.joint.origin.rotation, parent)
         if not fits(body.joint, normal):
             return None
         normals.append(normal)
@@ -114,8 +137,8 @@ def find_plane(tree: Tree) -> tuple[Basis, tuple[Basis, ...]] | None:
         sides = []
         for name in (joint.parent, joint.child):
             home, pose = tree.frames[name]
-            sides.append(vector(linear.vecmat(ground[2] if home < 0 else normals[home], pose.rotation)))
-        if vector(linear.vecmat(sides[0], joint.origin.rotation)) != sides[1] or not fits(joint, sides[1]):
+            sides.append(turned_back(pose.rotation, ground[2] if home < 0 else normals[home]))
+        if turned_back(joint.origin.rotation, sides[0]) != sides[1] or not fits(joint, sides[1]):
             return None
     return ground, tuple((*complement(normal), normal) for normal in normals)
 
