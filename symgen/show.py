@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from symgen.system import System
 
 
+MAX_MATRIX = 24
+"""Path matrices of more bodies than this are left to ``--json``."""
+
+
 def width(text: str) -> int:
     """Columns a terminal needs: combining marks (ẋ as x + dot) take none, wide characters two."""
     return sum(0 if unicodedata.combining(c) else 2 if unicodedata.east_asian_width(c) in "WF" else 1 for c in text)
@@ -40,9 +44,11 @@ def table(header: Sequence[str], rows: Iterable[Sequence[object]], right: Sequen
 
 
 def number(value: Fraction) -> str:
-    """An exact number for reading: a decimal of up to six digits, ``≈`` in front where that rounds."""
+    """An exact number for reading: a decimal of up to six digits or a small fraction, else ``≈`` and a rounded one."""
     short = f"{float(value):.6g}"
-    return short if Fraction(short) == value else f"≈{short}"
+    if Fraction(short) == value:
+        return short
+    return str(value) if value.denominator < 100 else f"≈{short}"
 
 
 def vector(values: Iterable[Fraction]) -> str:
@@ -88,13 +94,15 @@ def joint_table(tree: Tree) -> str:
         joint = body.joint
         parent = tree.bodies[body.parent].name if body.parent >= 0 else GROUND
         motion = (_span(body.q, body.nq, "q"), _span(body.v, body.nv, "v"))
-        rows.append((joint.name, joint.type, f"{parent} → {body.name}", _axis(joint), *motion))
-    return table(("joint", "type", "parent → child", "axis", "q", "v"), rows)
+        rows.append((body.index + 1, joint.name, joint.type, f"{parent} → {body.name}", _axis(joint), *motion))
+    return table(("#", "joint", "type", "parent → child", "axis", "q", "v"), rows, right=(0,))
 
 
 def labelled_matrix(matrix: Sequence[Sequence[int]], tree: Tree) -> str:
-    """A bodies × edges matrix with the names beside it."""
-    header = ["", *(body.joint.name for body in tree.bodies)]
+    """A bodies × edges matrix; the columns are the joints' numbers in the joint table."""
+    if len(tree.bodies) > MAX_MATRIX:
+        return f"{len(tree.bodies)} × {len(tree.bodies)}, too wide to print: see --json"
+    header = ["", *(str(body.index + 1) for body in tree.bodies)]
     rows = [[body.name, *(str(entry) for entry in row)] for body, row in zip(tree.bodies, matrix, strict=True)]
     return table(header, rows, right=range(1, len(header)))
 
@@ -121,7 +129,7 @@ def entity_table(entities: Iterable[Entity], tree: Tree) -> str:
         bodies = ", ".join(owner(index) for index in sorted(entity.local)) or owner(entity.home)
         local = vector(entity.local[entity.home]) if entity.home in entity.local else "–"
         rows.append((entity.label, entity.kind, bodies, local, place))
-    return table(("name", "kind", "shared by", "in the frame of the first", "rows"), rows)
+    return table(("name", "kind", "shared by", "in the first one's frame", "rows"), rows)
 
 
 def _functions(scene: Scene) -> tuple[str, ...]:
