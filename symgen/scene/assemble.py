@@ -15,7 +15,6 @@ from symgen.scene.document import Document, Route, read_bytes
 from symgen.scene.exact import unit_vector
 from symgen.scene.lock import lock_joints
 from symgen.scene.model import (
-    GROUND,
     ZERO3,
     Body,
     Frame,
@@ -29,7 +28,7 @@ from symgen.scene.model import (
     Vector,
 )
 from symgen.scene.mounts import Mounts
-from symgen.scene.outputs import check_outputs
+from symgen.scene.outputs import check_outputs, frame_names
 from symgen.scene.parameters import resolve_parameters
 from symgen.scene.schema import check_schema
 from symgen.scene.urdf import Model, read_urdf
@@ -76,8 +75,7 @@ def finish(scene: Scene, places: _Places, mounts: Mounts, model: Model | None, d
     """Checks, outputs, parameters, notes and hash: what every way to a Scene ends with."""
     notes = check_scene(scene, places, real_robot=model is not None)
     outputs = tuple(_output(item) for item in data.get("outputs", []))
-    frames = [GROUND, *(body.name for body in scene.bodies), *(frame.name for frame in scene.frames)]
-    check_outputs(outputs, frames, [places.place(("outputs", i)) for i in range(len(outputs))])
+    check_outputs(outputs, frame_names(scene), [places.place(("outputs", i)) for i in range(len(outputs))])
     parameters = resolve_parameters(data.get("parameters", []), scene, places)
     notes = [*mounts.notes(), *(model.notes if model else ()), *notes]
     raw: dict[str, object] = dict(mounts.raw)

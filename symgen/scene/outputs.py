@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 
 from symgen.errors import NotSupportedError, SceneError
 from symgen.scene.document import clean
-from symgen.scene.model import Output
+from symgen.scene.model import Output, Scene
 from symgen.scene.schema import did_you_mean
 
 CATALOGUE: dict[str, str] = {
@@ -65,6 +65,11 @@ DEFAULT_OUTPUTS: tuple[Output, ...] = tuple(
 def function_name(row: str) -> str:
     """``frame_pose:tool`` → ``frame_pose_tool``, the name of the function before it is made an identifier."""
     return row.replace(":", "_", 1)
+
+
+def frame_names(scene: Scene) -> list[str]:
+    """What may stand after ``frame_pose:``: every body and every frame of the scene."""
+    return [*(body.name for body in scene.bodies), *(frame.name for frame in scene.frames)]
 
 
 def check_row(row: str, frames: Iterable[str], place: str) -> str:
