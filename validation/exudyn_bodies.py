@@ -13,7 +13,7 @@ import numpy as np
 
 from symgen.errors import NotSupportedError
 from symgen.scene.model import GROUND, JointSpring, Scene
-from symgen.validation.exudyn_model import Model, frame_with_z, import_exudyn
+from symgen.validation.exudyn_model import Model, exudyn_items, frame_with_z, import_exudyn
 from symgen.validation.exudyn_tree import add_springs, isotropic_damper, lump
 from symgen.validation.mechanism import (
     IDENTITY,
@@ -127,7 +127,7 @@ def add_body(
     exu: Any, mbs: Any, mechanism: Mechanism, mass: float, centre: Array, inertia: Array, here: Pose, motion: Motion
 ) -> tuple[Any, Any]:
     """A rigid body with its weight; its inertia is given about the centre of mass. Returns (node, body)."""
-    import exudyn.itemInterface as items
+    items = exudyn_items()
 
     p = euler_parameters(here.rotation)
     rate = 0.5 * rate_matrix(p).T @ (here.rotation.T @ motion.angular)
@@ -149,7 +149,7 @@ def add_body(
 
 def markers(mbs: Any, mechanism: Mechanism, bodies: list[Any]) -> Callable[[str, Array], Any]:
     """A maker of markers at points of the scene's bodies."""
-    import exudyn.itemInterface as items
+    items = exudyn_items()
 
     ground = mbs.AddObject(items.ObjectGround())
 
@@ -162,13 +162,11 @@ def markers(mbs: Any, mechanism: Mechanism, bodies: list[Any]) -> Callable[[str,
 
 
 def add_sensors(exu: Any, mbs: Any, body: Any) -> tuple[Any, Any]:
-    import exudyn.itemInterface as items
+    items = exudyn_items()
 
     kinds = (exu.OutputVariableType.Position, exu.OutputVariableType.RotationMatrix)
     place, turn = (
-        mbs.AddSensor(
-            items.SensorBody(bodyNumber=body, outputVariableType=kind, storeInternal=True, writeToFile=False)
-        )
+        mbs.AddSensor(items.SensorBody(bodyNumber=body, outputVariableType=kind, storeInternal=True, writeToFile=False))
         for kind in kinds
     )
     return place, turn
@@ -181,7 +179,7 @@ def add_joint(
     exu: Any, mbs: Any, mechanism: Mechanism, link: Link, marker: Callable[[str, Array], Any], q: Array, state: State
 ) -> None:
     """The constraint between a link and its parent, and its spring and damper."""
-    import exudyn.itemInterface as items
+    items = exudyn_items()
 
     parent = GROUND if link.parent < 0 else mechanism.links[link.parent].name
     if link.joint.type == "floating":
@@ -189,7 +187,8 @@ def add_joint(
             isotropic_damper(mbs, mechanism, link, marker)
         return
     ends = [marker(parent, link.origin.position), marker(link.name, np.zeros(3))]
-    if link.joint.type == "universal" and (abs(link.axis @ link.axis2) > 1e-14 or passive(mechanism, link) != (0, 0, 0)):
+    oblique = abs(link.axis @ link.axis2) > 1e-14
+    if link.joint.type == "universal" and (oblique or any(passive(mechanism, link))):
         add_universal_by_two(exu, mbs, mechanism, link, ends, q, state)
         return
     frame = np.eye(3)
@@ -227,7 +226,7 @@ def add_damper(
     mbs: Any, facts: tuple[float, float, float], link: Link, ends: list[Any], outer: Array, inner: Array
 ) -> None:
     """Spring and damper on the turn about and the slide along a joint's axis (z of both frames)."""
-    import exudyn.itemInterface as items
+    items = exudyn_items()
 
     stiffness, damping, preload = facts
     if not (stiffness or damping):
@@ -259,7 +258,7 @@ def add_universal_by_two(
     exu: Any, mbs: Any, mechanism: Mechanism, link: Link, ends: list[Any], q: Array, state: State
 ) -> None:
     """A universal joint on oblique or sprung axes: two revolutes and a massless cross between them."""
-    import exudyn.itemInterface as items
+    items = exudyn_items()
 
     poses, motions = state
     parent = IDENTITY if link.parent < 0 else poses[link.parent]

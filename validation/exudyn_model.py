@@ -6,8 +6,10 @@ Exudyn prints and writes files by default; nothing here does.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import importlib
+from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from types import ModuleType
 from typing import Any
 
@@ -16,17 +18,21 @@ import numpy as np
 from symgen.errors import ToolError
 from symgen.validation.mechanism import Array, Mechanism, Pose
 
-Axis = Sequence[float]
-
 
 def import_exudyn() -> ModuleType:
+    """Exudyn, told to be quiet."""
     try:
-        import exudyn
+        exudyn: Any = importlib.import_module("exudyn")
     except ImportError as error:
         raise ToolError("Exudyn is not installed: pip install 'symgen[validation]'") from error
     exudyn.config.printToConsole = False
     exudyn.config.suppressWarnings = True
     return exudyn  # type: ignore[no-any-return]
+
+
+def exudyn_items() -> Any:
+    """Exudyn's module of nodes, objects, markers, loads and sensors."""
+    return importlib.import_module("exudyn.itemInterface")
 
 
 @dataclass(frozen=True)
@@ -110,7 +116,7 @@ class Model:
         table = [slope(0.5 / size * 0.5**k) for k in range(4)]
         data.SetODE2Coordinates(list(q))
         for level in range(1, 4):
-            table = [(4.0**level * b - a) / (4.0**level - 1.0) for a, b in zip(table, table[1:], strict=False)]
+            table = [(4.0**level * b - a) / (4.0**level - 1.0) for a, b in pairwise(table)]
         return -table[0]
 
     def simulate(self, steps: int, end: float, samples: int, solver: str) -> list[list[Pose]]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from symgen.errors import NotSupportedError
 from symgen.scene.model import GROUND, JointSpring, Scene, Spring
-from symgen.validation.exudyn_model import Model, frame_with_z, import_exudyn
+from symgen.validation.exudyn_model import Model, exudyn_items, frame_with_z, import_exudyn
 from symgen.validation.mechanism import IDENTITY, Array, Link, Mechanism, Pose, build_mechanism, rotation_of, vector
 from symgen.validation.pinocchio_model import body_inertia
 
@@ -164,7 +164,7 @@ def add_tree(
     exu: Any, mbs: Any, mechanism: Mechanism, joints: list[Unfolded], force: Array
 ) -> tuple[Any, list[int], list[Pose]]:
     """The ObjectKinematicTree; per link the number of its last piece and the body's frame in that piece's frame."""
-    import exudyn.itemInterface as items
+    items = exudyn_items()
 
     types, parents, rotations, offsets = [], [], [], []
     inertias, coms, masses, start, rate = [], [], [], [], []
@@ -229,7 +229,7 @@ def lump(link: Link, local: Pose) -> tuple[float, Array, Array]:
 
 
 def add_sensors(exu: Any, mbs: Any, tree: Any, link: int) -> tuple[Any, Any]:
-    import exudyn.itemInterface as items
+    items = exudyn_items()
 
     kinds = (exu.OutputVariableType.Position, exu.OutputVariableType.RotationMatrix)
     place, turn = (
@@ -245,7 +245,7 @@ def add_sensors(exu: Any, mbs: Any, tree: Any, link: int) -> tuple[Any, Any]:
 
 def add_passive(exu: Any, mbs: Any, mechanism: Mechanism, tree: Any, last: list[int], local: list[Pose]) -> None:
     """Armature, joint springs and dampers on the tree's coordinates; springs between points by markers."""
-    import exudyn.itemInterface as items
+    items = exudyn_items()
 
     n = last[-1] + 1 if last else 0
     M, K, D, f = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n)), np.zeros(n)
@@ -287,7 +287,7 @@ def add_passive(exu: Any, mbs: Any, mechanism: Mechanism, tree: Any, last: list[
 
 def add_springs(mbs: Any, mechanism: Mechanism, marker: Any) -> None:
     """Springs between points; ``marker(body, point)`` makes a marker."""
-    import exudyn.itemInterface as items
+    items = exudyn_items()
 
     for spring in mechanism.scene.forces:
         if isinstance(spring, Spring):
@@ -304,7 +304,7 @@ def add_springs(mbs: Any, mechanism: Mechanism, marker: Any) -> None:
 
 def isotropic_damper(mbs: Any, mechanism: Mechanism, link: Link, marker: Any) -> None:
     """Damping of a spherical joint (−d ω) or a floating one (−d ω and −d ṙ): the same in any axes."""
-    import exudyn.itemInterface as items
+    items = exudyn_items()
 
     parent = GROUND if link.parent < 0 else mechanism.links[link.parent].name
     d = float(link.joint.damping)

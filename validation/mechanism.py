@@ -72,7 +72,7 @@ class Mechanism:
     scene: Scene
     links: tuple[Link, ...]
     frames: dict[str, tuple[int, Pose]]
-    """Every body of the scene: (index of the link it belongs to, its pose in that link); −1 is ground."""
+    """Every body and named frame: (index of the link it belongs to, its pose in that link); −1 is ground."""
     nq: int
     nv: int
 
@@ -112,7 +112,7 @@ def build_mechanism(scene: Scene, raw: dict[str, Array] | None = None) -> Mechan
     entered: set[str] = set()
     for joint in scene.joints:
         if joint.child in entered or joint.child == GROUND:
-            raise NotSupportedError(f"{scene.name}: body {joint.child} closes a loop; closed loops are not validated yet")
+            raise NotSupportedError(f"{scene.name}: joint {joint.name} closes a loop; loops are not validated yet")
         entered.add(joint.child)
         children.setdefault(joint.parent, []).append(joint)
 
@@ -146,6 +146,9 @@ def build_mechanism(scene: Scene, raw: dict[str, Array] | None = None) -> Mechan
     missing = [body.name for body in scene.bodies if body.name not in frames]
     if missing:
         raise SceneError(f"bodies not connected to ground: {', '.join(missing)}", scene.source or scene.name)
+    for frame in scene.frames:
+        index, local = frames[frame.body]
+        frames[frame.name] = (index, local @ pose(frame.origin))
     done = tuple(
         Link(link.name, link.joint, link.parent, link.origin, tuple(parts[i]), link.q, link.v)
         for i, link in enumerate(links)
@@ -245,9 +248,7 @@ def link_motions(mechanism: Mechanism, q: Array, v: Array, poses: Sequence[Pose]
             link, q[link.q], v[link.v], base.rotation @ link.origin.rotation, here.rotation,
             mechanism.scene.options.base_velocity,
         )  # fmt: skip
-        motions.append(
-            Motion(carried.at(here.position - base.position) + own.linear, carried.angular + own.angular)
-        )
+        motions.append(Motion(carried.at(here.position - base.position) + own.linear, carried.angular + own.angular))
     return motions
 
 

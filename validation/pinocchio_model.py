@@ -7,6 +7,7 @@ Source: Featherstone 2008 for the algorithms Pinocchio runs (CRBA, RNEA, ABA).
 
 from __future__ import annotations
 
+import importlib
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
@@ -20,10 +21,9 @@ from symgen.validation.mechanism import Array, Link, Mechanism, Pose, build_mech
 
 def import_pinocchio() -> ModuleType:
     try:
-        import pinocchio
+        return importlib.import_module("pinocchio")
     except ImportError as error:
         raise ToolError("Pinocchio is not installed: pip install 'symgen[validation]'") from error
-    return pinocchio  # type: ignore[no-any-return]
 
 
 def body_inertia(body: Body) -> Array:
@@ -101,11 +101,11 @@ class Pinocchio:
             self.pin.forwardKinematics(self.model, self.data, q, to_pin.S @ v)
         for spring in springs:
             passive -= to_pin.S.T @ self._spring_force(spring, to_pin.S @ v)
-        for spring in self.mechanism.scene.forces:
-            if isinstance(spring, JointSpring):
-                link = next(x for x in self.mechanism.links if x.joint.name == spring.joint)
-                passive[link.v] += float(spring.stiffness) * (q[link.q] - float(spring.rest))
-                passive[link.v] += float(spring.damping) * v[link.v]
+        for force in self.mechanism.scene.forces:
+            if isinstance(force, JointSpring):
+                link = next(x for x in self.mechanism.links if x.joint.name == force.joint)
+                passive[link.v] += float(force.stiffness) * (q[link.q] - float(force.rest))
+                passive[link.v] += float(force.damping) * v[link.v]
         return passive
 
     def _spring_force(self, spring: Spring, v: Array) -> Array:
@@ -159,7 +159,6 @@ class Pinocchio:
 
 def joint_model(pin: Any, link: Link) -> Any:
     """The Pinocchio joint whose coordinates are symgen's."""
-    x, y, z = np.eye(3)
     match link.joint.type:
         case "revolute" | "continuous":
             return pin.JointModelRevoluteUnaligned(link.axis)

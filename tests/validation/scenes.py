@@ -118,7 +118,17 @@ def sprung() -> Scene:
     return Scene("sprung", bodies, joints, forces=forces)
 
 
-SINGLES = ("revolute", "continuous", "prismatic", "helical", "cylindrical", "universal", "planar", "spherical", "floating")
+SINGLES = (
+    "revolute",
+    "continuous",
+    "prismatic",
+    "helical",
+    "cylindrical",
+    "universal",
+    "planar",
+    "spherical",
+    "floating",
+)
 
 
 def single(kind: str, base_velocity: str = "world") -> Scene:
