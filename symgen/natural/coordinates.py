@@ -142,7 +142,7 @@ def _joint_entities(listing: _Listing, body: TreeBody, slots: Sequence[Slot]) ->
                 listing.add(_Draft("angle", f"phi_{joint.name}", body.index, {}, (body.index, rank), body.index))
             )
             continue
-        local = ZERO3 if slot.kind == "point" else joint_vector(joint, slot.which)
+        local = ZERO3 if slot.kind == "point" else joint_vector(body, slot.which)
         sides: dict[int, Vector] = {}
         if slot.side != "child":
             outside = turned(joint.origin.rotation, local) if slot.kind == "vector" else joint.origin.translation

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from symgen.natural.entities import Vector
-from symgen.natural.plane import X, joint_axis
-from symgen.scene.model import Joint
+from symgen.natural.plane import X, joint_axis, turned
+from symgen.topology.tree import TreeBody
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class Slot:
     """The body it is fixed in: ``both``, ``parent``, ``child``. A point of the parent's side is the joint's origin,
     a point of the child's side the child's origin; they coincide at zero position."""
     which: str = ""
-    """The vector: ``axis`` (planar joints: the normal), ``axis2``, ``x``."""
+    """The vector: ``axis`` (planar joints: the normal), ``axis2``, ``x`` (see `joint_vector`)."""
     superscript: str = ""
     """Tells the two vectors of a universal joint apart (u¹, u² of Table 1)."""
 
@@ -48,12 +48,16 @@ PLANAR: dict[str, tuple[Slot, ...]] = {
 }
 
 
-def joint_vector(joint: Joint, which: str) -> Vector:
-    """The vector of a slot in joint axes."""
+def joint_vector(body: TreeBody, which: str) -> Vector:
+    """The vector of a slot of a body's incoming joint, in joint axes (the child's axes at zero position).
+
+    A floating body's vector is the first that the scene declares in it, else its x axis.
+    """
     if which == "x":
-        return X
+        declared = (turned(pose.rotation, u) for part, pose in body.parts for u in part.unit_vectors)
+        return next(declared, X)
     if which == "axis2":
-        if joint.axis2 is None:
-            raise ValueError(f"joint '{joint.name}' has no second axis")
-        return joint.axis2
-    return joint_axis(joint)
+        if body.joint.axis2 is None:
+            raise ValueError(f"joint '{body.joint.name}' has no second axis")
+        return body.joint.axis2
+    return joint_axis(body.joint)
