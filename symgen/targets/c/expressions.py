@@ -1,0 +1,95 @@
+"""C expressions as text with a binding level and a sign, joined without changing a single rounding.
+
+The tree of floating-point operations stays exactly that of the program. Only exact rewrites are made: signs move
+through products, quotients and sums; a negation becomes a subtraction; the constant of a product goes first.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+from symgen.program.instructions import Counts
+
+SUM, PRODUCT, ATOM = 1, 2, 3
+
+
+@dataclass(frozen=True)
+class Expression:
+    """Text of a magnitude, and a sign that the consumer may fold into its own operator."""
+
+    text: str
+    level: int = ATOM
+    negative: bool = False
+    depth: int = 0
+    """Parentheses within parentheses."""
+    constant: bool = False
+    """A literal or a named constant."""
+
+    def signed(self) -> str:
+        if not self.negative:
+            return self.text
+        return f"-{self.within(PRODUCT)}"
+
+    def within(self, level: int) -> str:
+        """The magnitude as an operand of an operator that binds like ``level``."""
+        return self.text if self.level >= level else f"({self.text})"
+
+    def depth_within(self, level: int) -> int:
+        return self.depth + (self.level < level)
+
+    def negated(self) -> Expression:
+        return replace(self, negative=not self.negative)
+
+
+def total(a: Expression, b: Expression) -> Expression:
+    """a + b."""
+    if a.negative and b.negative:
+        return total(a.negated(), b.negated()).negated()
+    if a.negative:
+        a, b = b, a
+    sign = "-" if b.negative else "+"
+    return Expression(f"{a.text} {sign} {b.within(PRODUCT)}", SUM, depth=max(a.depth, b.depth_within(PRODUCT)))
+
+
+def product(a: Expression, b: Expression) -> Expression:
+    """a · b."""
+    if b.constant and not a.constant:
+        a, b = b, a
+    return _scaled(a, "*", b)
+
+
+def quotient(a: Expression, b: Expression) -> Expression:
+    """a / b."""
+    return _scaled(a, "/", b)
+
+
+def _scaled(a: Expression, operator: str, b: Expression) -> Expression:
+    text = f"{a.within(PRODUCT)} {operator} {b.within(ATOM)}"
+    return Expression(text, PRODUCT, a.negative != b.negative, max(a.depth_within(PRODUCT), b.depth_within(ATOM)))
+
+
+def call(function: str, argument: Expression) -> Expression:
+    return Expression(f"{function}({argument.signed()})", depth=argument.depth + 1)
+
+
+_UNARY = re.compile(r"(?:(?<=[=(,])|(?<=[=(,] )|(?<=[-+*/] ))-([A-Za-z_(])([A-Za-z0-9_]*)")
+_ARGUMENT = re.compile(r"\b(sine_cosine|sine|cosine|sinf?|cosf?)\(([^;]*?)(?:, &|\);)")
+_CALL = re.compile(r"\b(\w+)\(")
+
+
+def count_operations(text: str, constants: Iterable[str]) -> Counts:
+    """What statements perform. A unary minus counts as an addition, unless a constant takes it;
+    a sine and a cosine of one argument count as one pair."""
+    known = set(constants)
+    negations = sum((head + rest) not in known for head, rest in _UNARY.findall(text))
+    pairs = {argument for _, argument in _ARGUMENT.findall(text)}
+    calls = _CALL.findall(text)
+    return Counts(
+        add=text.count(" + ") + text.count(" - ") + negations,
+        mul=text.count(" * "),
+        div=text.count(" / "),
+        sqrt=sum(name in ("sqrt", "sqrtf") for name in calls),
+        sincos=len(pairs) + sum(name in ("cos_sqrt", "sinc_sqrt", "sinc3_sqrt") for name in calls),
+    )

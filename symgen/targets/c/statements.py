@@ -1,0 +1,244 @@
+"""A program as C statements: what is used once stands inline, what is used more often gets a name."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from dataclasses import dataclass
+from fractions import Fraction
+
+from symgen.program.instructions import Counts, Instruction, Port, Program
+from symgen.targets.c.expressions import ATOM, Expression, call, count_operations, product, quotient, total
+from symgen.targets.c.literals import ConstantTable
+from symgen.targets.c.names import Names
+
+WIDTH = 100
+"""Columns a statement may take."""
+INLINE_WIDTH = 64
+"""Columns an expression may take that stands inside another one."""
+DEPTH = 4
+"""Parentheses within parentheses."""
+
+_WORD = re.compile(r"[A-Za-z_]\w*")
+
+ENTIRE = ("cos_sqrt", "sinc_sqrt", "sinc3_sqrt")
+
+
+@dataclass(frozen=True)
+class Functions:
+    """How a file calls its functions."""
+
+    by_operation: dict[str, str]
+    """Operation → C function."""
+    pair: str = ""
+    """The function that gives sine and cosine together, if there is one."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """The inside of a C function."""
+
+    lines: tuple[tuple[str, str], ...]
+    """("heading" | "code", text)."""
+    guards: tuple[str, ...]
+    """Expressions that must be positive."""
+    unused: tuple[str, ...]
+    """Inputs nothing reads."""
+    called: frozenset[str]
+    words: frozenset[str]
+    """Every identifier in the statements."""
+    counts: Counts
+
+
+def write_body(program: Program, table: ConstantTable, functions: Functions, taken: frozenset[str]) -> Body:
+    """The statements of ``program``. ``taken``: names of the file that a local one must not hide."""
+    writer = _Writer(program, table, functions, taken)
+    for index in range(len(program.instructions)):
+        writer.step(index)
+    text = "\n".join(text for kind, text in writer.lines if kind == "code")
+    guards = tuple(writer.at(i).signed() for i in program.guards)
+    read = {i.value[0] for i in program.instructions if i.op == "input" and isinstance(i.value, tuple)}
+    return Body(
+        lines=tuple(writer.lines),
+        guards=tuple(dict.fromkeys(guards)),
+        unused=tuple(port.name for port in program.inputs if port.size and port.name not in read),
+        called=frozenset(writer.called),
+        words=frozenset(_WORD.findall(text)),
+        counts=count_operations(text, (constant.name for constant in table)),
+    )
+
+
+class _Writer:
+    """Writes one program, instruction by instruction; used once."""
+
+    def __init__(self, program: Program, table: ConstantTable, functions: Functions, taken: frozenset[str]) -> None:
+        self.instructions = program.instructions
+        self.table = table
+        self.functions = functions
+        self.names = Names(taken | {port.name for port in program.inputs + program.outputs})
+        self.scalars = {port.name for port in program.inputs if port.shape == ()}
+        self.forced = {self.root(i)[0] for i in program.guards}
+        self.stores = _stores(program)
+        self.pairs = _pairs(program, functions)
+        self.uses = self.count_uses()
+        self.expressions: dict[int, Expression] = {}
+        self.lines: list[tuple[str, str]] = []
+        self.called: set[str] = set()
+        self.heading = ""
+        self.temporaries = 0
+        self.angles: dict[int, int] = {}
+
+    def root(self, index: int) -> tuple[int, bool]:
+        """The instruction behind a chain of negations, and whether its sign is changed."""
+        negative = False
+        while self.instructions[index].op == "neg":
+            index = self.instructions[index].args[0]
+            negative = not negative
+        return index, negative
+
+    def at(self, index: int) -> Expression:
+        origin, negative = self.root(index)
+        found = self.expressions[origin]
+        return found.negated() if negative else found
+
+    def count_uses(self) -> Counter[int]:
+        uses: Counter[int] = Counter()
+        for index, instruction in enumerate(self.instructions):
+            second_of_pair = instruction.op in ("cos", "sin") and self.pairs.get(instruction.args[0], (index,))[0] != index
+            if instruction.op != "neg" and not second_of_pair:
+                uses.update(self.root(i)[0] for i in instruction.args)
+        for index, entries in self.stores.items():
+            uses[self.root(index)[0]] += len(entries)
+        return uses
+
+    def step(self, index: int) -> None:
+        instruction = self.instructions[index]
+        if instruction.op in ("cos", "sin"):
+            self.write_trigonometry(index)
+        elif instruction.op != "neg":
+            self.expressions[index] = self.compose(index)
+            named = self.uses[index] > 1 or index in self.forced or instruction.op in ENTIRE
+            if named and instruction.op not in ("const", "input"):
+                self.assign(index, instruction.phase)
+        for port, entry in self.stores.get(index, ()):
+            self.code(f"{port.name}[{entry}] = {self.at(index).signed()};", instruction.phase)
+
+    def compose(self, index: int) -> Expression:
+        """The expression of an instruction; operands get statements of their own until it fits."""
+        instruction = self.instructions[index]
+        op, args = instruction.op, instruction.args
+        if op == "const":
+            assert isinstance(instruction.value, Fraction)
+            return Expression(self.table.text(abs(instruction.value)), negative=instruction.value < 0, constant=True)
+        if op == "input":
+            assert isinstance(instruction.value, tuple)
+            name, entry = instruction.value
+            return Expression(name if name in self.scalars else f"{name}[{entry}]")
+        room = self.room(index)
+        while True:
+            result = self.combine(op, [self.at(i) for i in args])
+            if len(result.text) < room and result.depth <= DEPTH:
+                return result
+            pending = [i for i in args if self.at(i).level < ATOM or self.at(i).depth]
+            if not pending:
+                return result
+            longest = max(pending, key=lambda i: len(self.at(i).text))
+            self.assign(self.root(longest)[0], instruction.phase)
+
+    def room(self, index: int) -> int:
+        """Columns the expression of an instruction may take."""
+        stores = self.stores.get(index, ())
+        if not stores and self.uses[index] == 1 and index not in self.forced:
+            return INLINE_WIDTH
+        if stores and self.uses[index] == 1:
+            return WIDTH - len(f"    {stores[0][0].name}[{stores[0][1]}] = -;")
+        return WIDTH - len(f"    const {self.table.precision.c_type} {self.instructions[index].label or 't1234'} = -;")
+
+    def combine(self, op: str, operands: list[Expression]) -> Expression:
+        if op == "add":
+            return total(*operands)
+        if op == "sub":
+            return total(operands[0], operands[1].negated())
+        if op == "mul":
+            return product(*operands)
+        if op == "div":
+            return quotient(*operands)
+        return self.call(op, operands[0])
+
+    def call(self, op: str, argument: Expression) -> Expression:
+        function = self.functions.by_operation[op]
+        self.called.add(function)
+        return call(function, argument)
+
+    def assign(self, index: int, phase: str) -> None:
+        """Give an instruction a statement. A label names the signed value; without one the sign stays outside."""
+        instruction, expression = self.instructions[index], self.expressions[index]
+        if instruction.label:
+            name, text, negative = self.names.take(instruction.label), expression.signed(), False
+        else:
+            name, text, negative = self.temporary(), expression.text, expression.negative
+        self.code(f"const {self.table.precision.c_type} {name} = {text};", phase)
+        self.expressions[index] = Expression(name, negative=negative)
+
+    def write_trigonometry(self, index: int) -> None:
+        """One call for the sine and the cosine of an argument, or one for the only one that is needed."""
+        if index in self.expressions:
+            return
+        instruction = self.instructions[index]
+        argument = self.at(instruction.args[0])
+        both = self.pairs.get(instruction.args[0])
+        c_type = self.table.precision.c_type
+        if both is None:
+            name = self.trigonometric_name(index, argument)
+            self.code(f"const {c_type} {name} = {self.call(instruction.op, argument).text};", instruction.phase)
+            self.expressions[index] = Expression(name)
+            return
+        sine, cosine = sorted(both, key=lambda i: self.instructions[i].op == "cos")
+        names = {i: self.trigonometric_name(i, argument) for i in (sine, cosine)}
+        self.called.add(self.functions.pair)
+        self.code(f"{c_type} {names[sine]}, {names[cosine]};", instruction.phase)
+        call_text = f"{self.functions.pair}({argument.signed()}, &{names[sine]}, &{names[cosine]});"
+        self.code(call_text, instruction.phase)
+        self.expressions.update((i, Expression(name)) for i, name in names.items())
+
+    def trigonometric_name(self, index: int, argument: Expression) -> str:
+        instruction = self.instructions[index]
+        if instruction.label:
+            return self.names.take(instruction.label)
+        plain = argument.text.replace("[", "").replace("]", "")
+        known = plain.isidentifier() and not argument.negative
+        if not known:
+            plain = str(self.angles.setdefault(instruction.args[0], len(self.angles) + 1))
+        return self.names.take(f"{instruction.op}_{plain}")
+
+    def temporary(self) -> str:
+        self.temporaries += 1
+        return self.names.take(f"t{self.temporaries}")
+
+    def code(self, text: str, phase: str) -> None:
+        if phase and phase != self.heading:
+            self.lines.append(("heading", phase))
+            self.heading = phase
+        self.lines.append(("code", text))
+
+
+def _stores(program: Program) -> dict[int, list[tuple[Port, int]]]:
+    """Instruction → the output entries it is stored in."""
+    stores: dict[int, list[tuple[Port, int]]] = {}
+    for port, row in zip(program.outputs, program.results, strict=True):
+        for entry, index in enumerate(row):
+            stores.setdefault(index, []).append((port, entry))
+    return stores
+
+
+def _pairs(program: Program, functions: Functions) -> dict[int, tuple[int, int]]:
+    """Argument → the two instructions that take its cosine and its sine, where both are there."""
+    if not functions.pair:
+        return {}
+    found: dict[int, list[int]] = {}
+    for index, instruction in enumerate(program.instructions):
+        if instruction.op in ("cos", "sin"):
+            found.setdefault(instruction.args[0], []).append(index)
+    return {argument: (both[0], both[1]) for argument, both in found.items() if len(both) == 2}
+
+
