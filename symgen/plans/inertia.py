@@ -113,13 +113,16 @@ def link_inertias(tree: Tree, links: Sequence[Link], values: Values) -> list[Ine
     return found
 
 
-def regroup(links: Sequence[Link], inertias: Sequence[Inertia], values: Values) -> list[Inertia]:
+def regroup(
+    links: Sequence[Link], inertias: Sequence[Inertia], values: Values
+) -> tuple[list[Inertia], Inertia]:
     """Move to the parent what a joint cannot feel (base parameters, exactly).
 
     A turning joint feels neither mass nor moments on its axis (m, h_z, Σ_zz), a slide not the rotational inertia
-    (Σ), a ball joint not the mass at its centre. What ends in ground is felt by nothing.
+    (Σ), a ball joint not the mass at its centre. What ends in ground (the second result, ground axes) is felt by
+    nothing, but has potential energy.
     """
-    kept = list(inertias)
+    kept, ground = list(inertias), Inertia()
     for link in reversed(links):
         own = kept[link.index]
         if link.kind == TURN:
@@ -132,8 +135,10 @@ def regroup(links: Sequence[Link], inertias: Sequence[Inertia], values: Values) 
         else:
             continue
         kept[link.index] = rest
+        turn, offset = values.matrix(link.turn), values.vector(link.offset)
+        turned = Inertia(moved.mass, matvec(turn, moved.first), rotate_second(turn, moved.second))
         if link.parent >= 0:
-            turn, offset = values.matrix(link.turn), values.vector(link.offset)
-            turned = Inertia(moved.mass, matvec(turn, moved.first), rotate_second(turn, moved.second))
             kept[link.parent] = kept[link.parent].plus(shift(turned, offset))
-    return kept
+        else:
+            ground = ground.plus(shift(turned, offset))
+    return kept, ground

@@ -112,6 +112,8 @@ class Links:
     values: Values
     moving: tuple[Moving, ...]
     inertias: tuple[Inertia, ...]
+    ground: Inertia
+    """What regrouping moved to ground."""
 
     def phase(self, heading: str) -> AbstractContextManager[None]:
         """A heading for what is computed inside, in number types that keep headings."""
@@ -181,10 +183,10 @@ def links_at(tree: Tree, values: Values, q: Sequence[Scalar], regrouped: bool = 
     """The elementary links of a tree at q. With ``regrouped``, inertial parameters that joints cannot feel are moved
     to parents first (the numbers are the same, the operations fewer)."""
     links = lower(tree)
-    inertias = link_inertias(tree, links, values)
+    inertias, ground = link_inertias(tree, links, values), Inertia()
     if regrouped:
-        inertias = regroup(links, inertias, values)
-    return Links(tree, values, tuple(_place(link, values, q) for link in links), tuple(inertias))
+        inertias, ground = regroup(links, inertias, values)
+    return Links(tree, values, tuple(_place(link, values, q) for link in links), tuple(inertias), ground)
 
 
 __all__ = ["BALL", "FREE", "SCREW", "SLIDE", "TURN", "Links", "Moving", "links_at"]
