@@ -12,7 +12,6 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -70,21 +69,13 @@ def load_scene(path: str) -> Scene:
     return load(path)
 
 
-def requested(scene: Scene, outputs: str | None, targets: tuple[str, ...] | None, precision: str | None) -> Scene:
-    """The scene with what the command line asks for in place of what the file asks for."""
-    from symgen.scene.outputs import check_outputs, parse_outputs
+def requested(path: str, outputs: str | None, targets: tuple[str, ...] | None, precision: str | None) -> Scene:
+    """The scene of a file, with what the command line asks for in place of what the file asks for."""
+    from symgen.scene.outputs import parse_outputs
+    from symgen.scene.request import request
 
-    if outputs is not None:
-        parsed = parse_outputs(outputs)
-        frames = [body.name for body in scene.bodies] + [frame.name for frame in scene.frames]
-        check_outputs(parsed, frames, ["--outputs"] * len(parsed))
-        scene = replace(scene, outputs=parsed)
-    options = scene.options
-    if targets is not None:
-        options = replace(options, targets=targets)
-    if precision is not None:
-        options = replace(options, precision=precision)
-    return replace(scene, options=options)
+    wanted = None if outputs is None else parse_outputs(outputs)
+    return request(load_scene(path), wanted, precision, targets)
 
 
 scene_argument = click.argument("scene", metavar="SCENE")
@@ -139,7 +130,7 @@ def show(
         scene, equations = equations, ""
     if scene is None:
         raise click.UsageError("Missing argument 'SCENE'.")
-    loaded = requested(load_scene(scene), outputs, None, None)
+    loaded = requested(scene, outputs, None, None)
     if equations is not None:
         names = tuple(part.strip() for part in equations.split(",") if part.strip())
         printed = view.equations(loaded, names, style, symbols == "paper")
@@ -169,7 +160,7 @@ def generate(
     as_json: bool,
 ) -> None:
     """Derive, certify and write the functions of a scene."""
-    loaded = requested(load_scene(scene), outputs, targets, precision)
+    loaded = requested(scene, outputs, targets, precision)
     from symgen import show as view
     from symgen.generate import generate as run
 
@@ -220,7 +211,7 @@ def validate(scene: str, against: tuple[str, ...], states: int, report: str | No
 @json_option
 def bench(scene: str, outputs: str | None, states: int, report: str | None, as_json: bool) -> None:
     """Speed and error of the generated C, beside the peers that are installed."""
-    loaded = requested(load_scene(scene), outputs, ("c",), None)
+    loaded = requested(scene, outputs, ("c",), None)
     from symgen import bench as bench_room
 
     with progress_bar(as_json) as progress:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -244,3 +244,17 @@ def as_json(scene: Scene) -> dict[str, Any]:
         "plans": plan_rows(system),
     }
     return result
+
+
+def manifest_text(manifest: Mapping[str, Any], directory: str) -> str:
+    """What ``symgen generate`` says when it is done: the functions, their cost, and what vouches for them."""
+    rows = []
+    for function in manifest["functions"]:
+        operations = function["operations"]
+        flops = sum(operations[key] for key in ("add", "mul", "div", "sqrt"))
+        certificate = function["certificate"]
+        doubt = f"{certificate['failure_probability']:.0e}"
+        rows.append((function["name"], function["plan"], flops, operations["sincos"], certificate["method"], doubt))
+    header = ("function", "plan", "flops", "sincos", "certificate", "doubt")
+    written = ", ".join([*manifest["headers"], *manifest["sources"], "manifest.json"])
+    return "\n".join([table(header, rows, right=(2, 3, 5)), "", f"written to {directory}: {written}"])

@@ -8,6 +8,7 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -70,7 +71,7 @@ def batch_calls(
         key: np.ascontiguousarray([state[key] for state in states]) for key in ("q", "v", "a", "tau")
     }
     columns |= {"dt": states[0]["dt"], "p": states[0]["p"]}
-    calls = {}
+    calls: dict[str, Callable[[], Any]] = {}
     for name, program in programs.items():
         wanted = [port.name for port in program.inputs]
         if {"q", "v"} & set(wanted):
@@ -99,9 +100,9 @@ def largest_error(program: Program, loaded: Any, states: Sequence[Mapping[str, A
         arguments = [state[port.name] for port in program.inputs]
         computed = getattr(loaded, program.name)(*arguments)
         outputs = computed if isinstance(computed, tuple) else (computed,)
-        exact = exact_outputs(program, {p.name: np.atleast_1d(state[p.name]) for p in program.inputs})
+        exact = exact_outputs(program, {p.name: np.atleast_1d(state[p.name]).tolist() for p in program.inputs})
         for port, array in zip(program.outputs, outputs, strict=True):
-            worst = max(worst, relative_error(np.ravel(array), exact[port.name]))
+            worst = max(worst, relative_error(np.ravel(array).tolist(), exact[port.name]))
     return worst
 
 
@@ -120,6 +121,53 @@ def compiler_version(cc: str) -> str:
     return ran.stdout.splitlines()[0] if ran.stdout else cc
 
 
+@dataclass
+class Steps:
+    """Tells a progress callback that one more of ``total`` steps is done."""
+
+    progress: Callable[[int, int, str], None] | None
+    total: int
+    done: int = 0
+
+    def tick(self, what: str) -> None:
+        self.done += 1
+        if self.progress is not None:
+            self.progress(self.done, self.total, what)
+
+
+@dataclass(frozen=True)
+class Built:
+    """The generated code and what it took."""
+
+    artifact: Any
+    loaded: Any
+    generate_s: float
+    compile_s: float
+
+
+def build(scene: Scene, directory: Path) -> Built:
+    """Generate and compile into ``directory``; nothing comes from the compile cache."""
+    from symgen.generate import generate
+
+    started = time.perf_counter()
+    artifact = generate(scene, directory)
+    generated = time.perf_counter()
+    loaded = artifact.load(cache=directory / "cache")
+    return Built(artifact, loaded, generated - started, time.perf_counter() - generated)
+
+
+def instruction_counts(
+    built: Built, samples: Sequence[Mapping[str, Any]], cc: str
+) -> tuple[dict[str, float], list[str]]:
+    """Instructions per call by function, or a note why there are none."""
+    if not callgrind.available():
+        return {}, ["no instruction counts: valgrind is not installed"]
+    try:
+        return callgrind.count_instructions(built.artifact.directory, built.artifact.manifest, samples, cc), []
+    except ToolError as error:
+        return {}, [f"no instruction counts: {error}"]
+
+
 def bench(
     scene: Scene, states: int = 1000, repeats: int = REPEATS, progress: Callable[[int, int, str], None] | None = None
 ) -> BenchResult:
@@ -127,43 +175,25 @@ def bench(
 
     Raises ToolError without a C compiler. Peers that are not installed are left out.
     """
-    from symgen.generate import generate
-    from symgen.scene.outputs import DEFAULT_OUTPUTS
+    from symgen.scene.outputs import DEFAULT_OUTPUTS, function_name
 
-    total, done = repeats + 4, 0
-
-    def tick(what: str = "timing") -> None:
-        nonlocal done
-        done += 1
-        if progress is not None:
-            progress(done, total, what)
-
-    names = [output.name.replace(":", "_") for output in scene.outputs or DEFAULT_OUTPUTS]
-    system, programs, milliseconds = derive_programs(scene, names)
-    tick("derived")
-    samples = sample_states(scene, system, states)
+    steps = Steps(progress, repeats + 4)
     cc = find_compiler()
+    system, programs, milliseconds = derive_programs(
+        scene, [function_name(output.name) for output in scene.outputs or DEFAULT_OUTPUTS]
+    )
+    steps.tick("derived")
+    samples = sample_states(scene, system, states)
     with tempfile.TemporaryDirectory() as scratch:
-        started = time.perf_counter()
-        artifact = generate(scene, Path(scratch, "c"))
-        generated = time.perf_counter()
-        loaded = artifact.load()
-        compiled = time.perf_counter()
-        tick("compiled")
-        calls: dict[str, Callable[[], Any]] = batch_calls(loaded, programs, samples)
+        built = build(scene, Path(scratch, "c"))
+        steps.tick("compiled")
         peers = {f"pinocchio {name}": call for name, call in pinocchio_calls(scene, samples).items()}
-        times = interleaved({**calls, **peers}, states, repeats, tick)
-        errors = {name: largest_error(program, loaded, samples[:ERROR_STATES]) for name, program in programs.items()}
-        tick("error")
-        notes, counts = [], {}
-        if callgrind.available():
-            try:
-                counts = callgrind.count_instructions(artifact.path, artifact.manifest, samples[:CALLGRIND_STATES], cc)
-            except ToolError as error:
-                notes.append(f"no instruction counts: {error}")
-        else:
-            notes.append("no instruction counts: valgrind is not installed")
-        tick("counted")
+        calls = {**batch_calls(built.loaded, programs, samples), **peers}
+        times = interleaved(calls, states, repeats, lambda: steps.tick("timing"))
+        errors = {name: largest_error(row, built.loaded, samples[:ERROR_STATES]) for name, row in programs.items()}
+        steps.tick("compared")
+        counts, notes = instruction_counts(built, samples[:CALLGRIND_STATES], cc)
+        steps.tick("counted")
     rows = tuple(
         FunctionRow(
             name, program.plan, count(program).flops, count(program).sincos, milliseconds[name],
@@ -172,10 +202,10 @@ def bench(
         )
         for name, program in programs.items()
     )  # fmt: skip
+    notes.append(OVERHEAD_NOTE if peers else "no peer is installed: pip install 'symgen[validation]'")
     return BenchResult(
         scene.name, processor(), compiler_version(cc), " ".join(RELEASE_FLAGS), states, repeats,
-        generated - started, compiled - generated, rows, peer_rows(times, {row.function for row in rows}),
-        (*notes, OVERHEAD_NOTE) if peers else (*notes, "no peer is installed: pip install 'symgen[validation]'"),
+        built.generate_s, built.compile_s, rows, peer_rows(times, set(programs)), tuple(notes),
     )  # fmt: skip
 
 

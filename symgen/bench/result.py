@@ -75,7 +75,7 @@ class BenchResult:
         if self.peers:
             ratios = []
             for peer in self.peers:
-                own = ours[peer.function].ns_min
+                own = ours[peer.function].ns_min if peer.function in ours else None
                 ratio = "–" if not own else f"{peer.ns_min / own:.1f}"
                 ratios.append((peer.peer, peer.function, f"{peer.ns_min:.0f}", f"{peer.ns_median:.0f}", ratio))
             parts += ["", table(("peer", "function", "ns min", "median", "peer / ours"), ratios, right=range(2, 5))]
