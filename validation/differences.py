@@ -42,7 +42,7 @@ class Context:
 
 
 def derivative(g: Callable[[float], Array], step: float = 0.1, levels: int = 8) -> Array:
-    """g'(0) by central differences with halved steps, extrapolated; the entry of the table that changed least is taken."""
+    """g'(0) by central differences with halved steps, extrapolated; of the table, the entry that changed least."""
     rows: list[list[Array]] = []
     best, best_change = np.zeros(0), float("inf")
     for k in range(levels):
@@ -206,7 +206,15 @@ CHECKS: tuple[tuple[str, tuple[str, ...], Checker], ...] = (
     ("∂V", ("potential_energy", "gravity_force", "passive_force", "integrate"), potential_rows),
     (
         "energy balance",
-        ("forward_dynamics", "kinetic_energy", "potential_energy", "passive_force", "bias_force", "mass_matrix", "integrate"),
+        (
+            "forward_dynamics",
+            "kinetic_energy",
+            "potential_energy",
+            "passive_force",
+            "bias_force",
+            "mass_matrix",
+            "integrate",
+        ),
         energy_rows,
     ),
 )

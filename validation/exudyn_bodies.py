@@ -14,7 +14,7 @@ import numpy as np
 from symgen.errors import NotSupportedError
 from symgen.scene.model import GROUND, JointSpring, Scene
 from symgen.validation.exudyn_model import Model, exudyn_items, frame_with_z, import_exudyn
-from symgen.validation.exudyn_tree import add_springs, isotropic_damper, lump
+from symgen.validation.exudyn_tree import add_springs, isotropic_damper
 from symgen.validation.mechanism import (
     IDENTITY,
     Array,
@@ -26,6 +26,8 @@ from symgen.validation.mechanism import (
     joint_pose,
     link_motions,
     link_poses,
+    lump,
+    quaternion_of,
     vector,
 )
 
@@ -47,7 +49,7 @@ def refusal(scene: Scene) -> str:
     for joint in scene.joints:
         if joint.type == "helical":
             return f"helical joint {joint.name}: the turned angle is no function of points and vectors"
-        if joint.armature:
+        if joint.armature and not (joint.parent == GROUND and joint.type in ("revolute", "continuous", "prismatic")):
             return f"armature of joint {joint.name} belongs to a joint coordinate, which redundant bodies lack"
         if joint.type == "planar" and (joint.damping or joint.name in sprung):
             return f"planar joint {joint.name} has a damper or spring on coordinates that redundant bodies lack"
@@ -72,6 +74,9 @@ def build_exudyn_bodies(scene: Scene, q: Array, v: Array) -> Model:
         for link, here, motion in zip(mechanism.links, poses, motions, strict=True)
     ]
     nodes = [node for node, _ in bodies]
+    for link, node in zip(mechanism.links, nodes, strict=True):
+        if link.joint.armature:
+            add_armature(mbs, link, node)
     marker = markers(mbs, mechanism, [body for _, body in bodies])
     for link in mechanism.links:
         add_joint(exu, mbs, mechanism, link, marker, q, (poses, motions))
@@ -94,27 +99,8 @@ def build_exudyn_bodies(scene: Scene, q: Array, v: Array) -> Model:
 
 
 def euler_parameters(rotation: Array) -> Array:
-    """[w x y z] of a rotation matrix, by its largest component (Shepperd 1978)."""
-    R = rotation
-    squares = np.array(
-        [
-            1 + R[0, 0] + R[1, 1] + R[2, 2],
-            1 + R[0, 0] - R[1, 1] - R[2, 2],
-            1 - R[0, 0] + R[1, 1] - R[2, 2],
-            1 - R[0, 0] - R[1, 1] + R[2, 2],
-        ]
-    )
-    off = {
-        (0, 1): R[2, 1] - R[1, 2],
-        (0, 2): R[0, 2] - R[2, 0],
-        (0, 3): R[1, 0] - R[0, 1],
-        (1, 2): R[0, 1] + R[1, 0],
-        (1, 3): R[0, 2] + R[2, 0],
-        (2, 3): R[1, 2] + R[2, 1],
-    }
-    k = int(np.argmax(squares))
-    p = np.array([squares[k] if i == k else off[(min(i, k), max(i, k))] for i in range(4)])
-    return np.asarray(p / np.linalg.norm(p))
+    """[w x y z] of a rotation matrix."""
+    return np.roll(quaternion_of(rotation), 1)
 
 
 def rate_matrix(p: Array) -> Array:
@@ -145,6 +131,15 @@ def add_body(
         weight = mbs.AddMarker(items.MarkerBodyMass(bodyNumber=body))
         mbs.AddLoad(items.LoadMassProportional(markerNumber=weight, loadVector=vector(mechanism.scene.gravity)))
     return node, body
+
+
+def add_armature(mbs: Any, link: Link, node: Any) -> None:
+    """On a one-axis joint to ground, armature is a rotor about the axis, or a weightless mass that slides along."""
+    rotor = np.zeros((3, 3)) if link.joint.type == "prismatic" else np.outer(link.axis, link.axis)
+    rotor = rotor * float(link.joint.armature)
+    six = [rotor[0, 0], rotor[1, 1], rotor[2, 2], rotor[1, 2], rotor[0, 2], rotor[0, 1]]
+    mass = float(link.joint.armature) if link.joint.type == "prismatic" else 0.0
+    mbs.AddObject(exudyn_items().ObjectRigidBody(nodeNumber=node, mass=mass, inertia=six))
 
 
 def markers(mbs: Any, mechanism: Mechanism, bodies: list[Any]) -> Callable[[str, Array], Any]:

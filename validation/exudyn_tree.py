@@ -16,8 +16,17 @@ import numpy as np
 from symgen.errors import NotSupportedError
 from symgen.scene.model import GROUND, JointSpring, Scene, Spring
 from symgen.validation.exudyn_model import Model, exudyn_items, frame_with_z, import_exudyn
-from symgen.validation.mechanism import IDENTITY, Array, Link, Mechanism, Pose, build_mechanism, rotation_of, vector
-from symgen.validation.pinocchio_model import body_inertia
+from symgen.validation.mechanism import (
+    IDENTITY,
+    Array,
+    Link,
+    Mechanism,
+    Pose,
+    build_mechanism,
+    lump,
+    rotation_of,
+    vector,
+)
 
 
 @dataclass(frozen=True)
@@ -212,20 +221,6 @@ def add_tree(
         )
     )
     return tree, last, local
-
-
-def lump(link: Link, local: Pose) -> tuple[float, Array, Array]:
-    """Mass, centre and inertia about the centre of all bodies welded to a link, in the frame where ``local`` is it."""
-    parts = [(float(body.mass), local @ here, body) for body, here in link.parts]
-    mass = sum(m for m, _, _ in parts)
-    centres = [here.apply(vector(body.com)) for _, here, body in parts]
-    weighted = sum((m * c for (m, _, _), c in zip(parts, centres, strict=True)), np.zeros(3))
-    centre = np.asarray(weighted / mass) if mass else np.zeros(3)
-    inertia = np.zeros((3, 3))
-    for (m, here, body), c in zip(parts, centres, strict=True):
-        d = c - centre
-        inertia += here.rotation @ body_inertia(body) @ here.rotation.T + m * ((d @ d) * np.eye(3) - np.outer(d, d))
-    return mass, centre, inertia
 
 
 def add_sensors(exu: Any, mbs: Any, tree: Any, link: int) -> tuple[Any, Any]:

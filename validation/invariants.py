@@ -1,6 +1,6 @@
 """First integrals along the reference motion: energy, and the momenta that no joint or weight can change.
 
-All of them are computed from the scene and the links' motions, not from generated functions; those enter by the motion alone.
+All are computed from the scene and the links' motions; generated functions enter by the motion alone.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from symgen.validation.mechanism import (
     Mechanism,
     Motion,
     Pose,
+    body_inertia,
     link_motions,
     link_poses,
     vector,
 )
-from symgen.validation.pinocchio_model import body_inertia
 from symgen.validation.reference import Motion as States
 from symgen.validation.result import Row
 
@@ -106,7 +106,9 @@ def energy_row(mechanism: Mechanism, motion: States) -> Row:
         drift = float(np.abs(total - total[0]).max()) / size
         return Row("first integrals", "energy T + V", drift, CRITERION, f"drift {span}, relative", "conservation")
     rise = max(0.0, float(np.max(np.diff(total), initial=0.0))) / size
-    return Row("first integrals", "energy T + V never rises", rise, CRITERION, f"dampers; {span}, relative", "dissipation")
+    return Row(
+        "first integrals", "energy T + V never rises", rise, CRITERION, f"dampers; {span}, relative", "dissipation"
+    )
 
 
 def subtree(mechanism: Mechanism, root: int) -> list[int]:
@@ -117,10 +119,14 @@ def subtree(mechanism: Mechanism, root: int) -> list[int]:
     return found
 
 
+ONE_AXIS = ("revolute", "continuous", "prismatic", "helical")
+"""Their armature adds armature·v to the one momentum they free."""
+
+
 def is_isolated(mechanism: Mechanism, members: list[int]) -> bool:
     """Nothing but its root joint and its weight acts on the subtree from outside."""
     root = mechanism.links[members[0]].joint
-    if root.damping or root.armature:
+    if root.damping or (root.armature and root.type not in ONE_AXIS):
         return False
     for force in mechanism.scene.forces:
         if isinstance(force, JointSpring):
@@ -193,10 +199,14 @@ def momentum_rows(mechanism: Mechanism, motion: States) -> Iterator[Row]:
             poses = link_poses(mechanism, q)
             motions = link_motions(mechanism, q, v, poses)
             history.append(
-                momentum([mechanism.links[k] for k in members], [poses[k] for k in members], [motions[k] for k in members])
+                momentum(
+                    [mechanism.links[k] for k in members], [poses[k] for k in members], [motions[k] for k in members]
+                )
             )
         for integral in integrals:
             values = np.array([integral.value(x, t, gravity) for x, t in zip(history, motion.t, strict=True)])
+            if link.joint.armature:
+                values = values + float(link.joint.armature) * motion.v[:, link.v.start]
             drift = float(np.abs(values - values[0]).max()) / max(momentum_size(history, integral), 1e-300)
             label = integral.name if len(roots) == 1 else f"{integral.name} ({link.name})"
             yield Row("first integrals", label, drift, CRITERION, f"over {motion.t[-1]:g} s, relative", "conservation")
@@ -210,6 +220,10 @@ def momentum_size(history: list[Momentum], integral: Integral) -> float:
         if integral.kind == "linear":
             size = max(size, p, 1e-3 * now.mass)
         else:
-            arm = float(np.linalg.norm(now.centre)) if integral.kind == "centre" else float(np.linalg.norm(integral.point))
+            arm = (
+                float(np.linalg.norm(now.centre))
+                if integral.kind == "centre"
+                else float(np.linalg.norm(integral.point))
+            )
             size = max(size, float(np.linalg.norm(now.angular)), p * (arm + abs(integral.pitch)))
     return size

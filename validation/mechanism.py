@@ -179,6 +179,21 @@ def rotation_of(quaternion: Array) -> Array:
     return np.asarray(np.eye(3) + 2.0 * (w * k + k @ k) / (quaternion @ quaternion))
 
 
+def quaternion_of(rotation: Array) -> Array:
+    """Unit quaternion [x y z w] of a rotation matrix, by its largest component (Shepperd 1978)."""
+    R = rotation
+    products = np.array(
+        [
+            [1 + R[0, 0] - R[1, 1] - R[2, 2], R[0, 1] + R[1, 0], R[0, 2] + R[2, 0], R[2, 1] - R[1, 2]],
+            [R[0, 1] + R[1, 0], 1 - R[0, 0] + R[1, 1] - R[2, 2], R[1, 2] + R[2, 1], R[0, 2] - R[2, 0]],
+            [R[0, 2] + R[2, 0], R[1, 2] + R[2, 1], 1 - R[0, 0] - R[1, 1] + R[2, 2], R[1, 0] - R[0, 1]],
+            [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], 1 + R[0, 0] + R[1, 1] + R[2, 2]],
+        ]
+    )
+    row = products[int(np.argmax(np.diag(products)))]
+    return np.asarray(row / np.linalg.norm(row))
+
+
 def joint_pose(link: Link, q: Array) -> Pose:
     """The child's frame in the joint frame."""
     zero, axis = np.zeros(3), link.axis
@@ -299,3 +314,23 @@ def random_state(mechanism: Mechanism, rng: np.random.Generator) -> tuple[Array,
             quaternion = rng.normal(size=4)
             q[link.q.stop - 4 : link.q.stop] = quaternion / np.linalg.norm(quaternion)
     return q, rng.uniform(-2.0, 2.0, mechanism.nv)
+
+
+def body_inertia(body: Body) -> Array:
+    """3×3 about the centre of mass, body axes."""
+    xx, yy, zz, xy, xz, yz = (float(x) for x in body.inertia)
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def lump(link: Link, local: Pose) -> tuple[float, Array, Array]:
+    """Mass, centre and inertia about the centre of all bodies welded to a link, in the frame where ``local`` is it."""
+    parts = [(float(body.mass), local @ here, body) for body, here in link.parts]
+    mass = sum(m for m, _, _ in parts)
+    centres = [here.apply(vector(body.com)) for _, here, body in parts]
+    weighted = sum((m * c for (m, _, _), c in zip(parts, centres, strict=True)), np.zeros(3))
+    centre = np.asarray(weighted / mass) if mass else np.zeros(3)
+    inertia = np.zeros((3, 3))
+    for (m, here, body), c in zip(parts, centres, strict=True):
+        d = c - centre
+        inertia += here.rotation @ body_inertia(body) @ here.rotation.T + m * ((d @ d) * np.eye(3) - np.outer(d, d))
+    return mass, centre, inertia

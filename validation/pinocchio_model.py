@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from symgen.errors import NotSupportedError, ToolError
-from symgen.scene.model import Body, JointSpring, Scene, Spring
-from symgen.validation.mechanism import Array, Link, Mechanism, Pose, build_mechanism, vector
+from symgen.scene.model import JointSpring, Scene, Spring
+from symgen.validation.mechanism import Array, Link, Mechanism, Pose, body_inertia, build_mechanism, vector
 
 
 def import_pinocchio() -> ModuleType:
@@ -24,12 +24,6 @@ def import_pinocchio() -> ModuleType:
         return importlib.import_module("pinocchio")
     except ImportError as error:
         raise ToolError("Pinocchio is not installed: pip install 'symgen[validation]'") from error
-
-
-def body_inertia(body: Body) -> Array:
-    """3×3 about the centre of mass, body axes."""
-    xx, yy, zz, xy, xz, yz = (float(x) for x in body.inertia)
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,9 @@ def integrate_motion(
 
     def rate(_t: float, y: Array) -> Array:
         here, velocity = y[:nq], y[nq:]
-        return np.concatenate([position_rate(mechanism, here, velocity), functions("forward_dynamics", here, velocity, zero)])
+        return np.concatenate(
+            [position_rate(mechanism, here, velocity), functions("forward_dynamics", here, velocity, zero)]
+        )
 
     times, states, marks = [0.0], [np.concatenate([q, v])], []
     for k in range(segments):

@@ -44,8 +44,9 @@ class Formulation:
     refusal: str
     steps: int
     """Of the coarsest run, per second."""
-    levels: int
-    """Runs at most, each with half the step of the one before."""
+    least: int
+    most: int
+    """Runs at least and at most, each with half the step of the one before."""
 
 
 def formulations(scene: Scene) -> tuple[Formulation, ...]:
@@ -60,8 +61,8 @@ def formulations(scene: Scene) -> tuple[Formulation, ...]:
     constrained = any(joint.type == "helical" for joint in scene.joints)
     solver, order = ("TrapezoidalIndex2", 2) if constrained else ("RK44", 4)
     return (
-        Formulation(TREE, solver, order, tree, exudyn_tree.refusal(scene), 256, 7 if order == 4 else 5),
-        Formulation(BODIES, "TrapezoidalIndex2", 2, bodies, exudyn_bodies.refusal(scene), 256, 5),
+        Formulation(TREE, solver, order, tree, exudyn_tree.refusal(scene), 64 if order == 4 else 256, 4, 7),
+        Formulation(BODIES, "TrapezoidalIndex2", 2, bodies, exudyn_bodies.refusal(scene), 256, 3, 6),
     )
 
 
@@ -88,9 +89,7 @@ def acceleration_rows(scene: Scene, functions: Bound, seed: int) -> tuple[list[R
             theirs = model.link_acceleration(model.terms().accelerations())
             worst = max(worst, norm(ours - theirs) / max(norm(theirs), 1e-3))
         note = "own KKT solve of Exudyn's M, f, C; bodies' accelerations"
-        rows.append(
-            Row("t = 0", f"accelerations, {BODIES}", worst, BODIES_ACCELERATION, note, f"{source}, {BODIES}")
-        )
+        rows.append(Row("t = 0", f"accelerations, {BODIES}", worst, BODIES_ACCELERATION, note, f"{source}, {BODIES}"))
     return rows, skipped
 
 
@@ -108,7 +107,11 @@ def tree_rows(scene: Scene, functions: Bound, states: list[Any], source: str) ->
         error = norm(ours - theirs)
         pairs.append((error / size if error else 0.0, allowed))
     value, criterion = max(pairs, key=lambda pair: pair[0] / pair[1])
-    note = f"random loads; condition {criterion / TREE_ACCELERATION * CONDITION:.1e}" if criterion > 1e-12 else "random loads"
+    note = (
+        f"random loads; condition {criterion / TREE_ACCELERATION * CONDITION:.1e}"
+        if criterion > 1e-12
+        else "random loads"
+    )
     rows = [Row("t = 0", f"accelerations, {TREE}", value, criterion, note, source)]
     if functions.has("mass_matrix"):
         rows.append(Row("t = 0", f"mass matrix, {TREE}", mass, TREE_ACCELERATION, "", source))
@@ -171,16 +174,16 @@ def observed_order(runs: list[Array]) -> float:
 
 
 def refine(formulation: Formulation, q: Array, v: Array, end: float, reference: Array) -> Refinement:
-    """Halve the step, at least twice, until the extrapolated run meets the criterion or the levels are used up."""
+    """Halve the step until the extrapolated run meets the criterion or the levels are used up."""
     runs: list[Array] = []
     counts: list[int] = []
     left = math.inf
-    for level in range(formulation.levels):
+    for level in range(formulation.most):
         counts.append(max(SEGMENTS, round(formulation.steps * end)) * 2**level)
         model = formulation.build(q, v)
         runs.append(flat(model.simulate(counts[-1], end, SEGMENTS, formulation.solver)))
         left = norm(extrapolate(runs, formulation.order) - reference)
-        if len(runs) >= 3 and left <= EXTRAPOLATED / 3.0:
+        if len(runs) >= formulation.least and left <= EXTRAPOLATED / 3.0:
             break
     return Refinement(
         formulation.name,
@@ -228,6 +231,13 @@ def trajectory_rows(scene: Scene, functions: Bound, seed: int) -> tuple[list[Row
     return rows, skipped, as_trajectory(mechanism, functions, motion, tuple(refinements))
 
 
+def plain_trajectory(scene: Scene, functions: Bound, seed: int) -> Trajectory:
+    """The same motion without a simulator beside it."""
+    mechanism = build_mechanism(scene)
+    _end, motion = choose_motion(mechanism, functions, *start_state(mechanism, seed))
+    return as_trajectory(mechanism, functions, motion, ())
+
+
 def coordinate_names(mechanism: Mechanism) -> tuple[str, ...]:
     names: list[str] = []
     parts = {"planar": ("x", "y", "angle"), "cylindrical": ("angle", "slide"), "universal": ("1", "2")}
@@ -244,7 +254,9 @@ def as_trajectory(
 ) -> Trajectory:
     energy: tuple[float, ...] = ()
     if functions.has("kinetic_energy", "potential_energy"):
-        total = functions("kinetic_energy", motion.q, motion.v).ravel() + functions("potential_energy", motion.q).ravel()
+        total = (
+            functions("kinetic_energy", motion.q, motion.v).ravel() + functions("potential_energy", motion.q).ravel()
+        )
         energy = tuple(float(x) for x in total)
     return Trajectory(
         tuple(motion.q[0].tolist()),

@@ -1,0 +1,197 @@
+"""Validation: generated functions against independent simulators, closed forms and first integrals.
+
+    result = symgen.validation.validate("pendulum.scene.yaml")
+    print(result.to_text())
+
+The simulators are imported when they are used, never with this module.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from symgen.errors import ToolError
+from symgen.scene.model import Output, Scene
+from symgen.validation.result import Refinement, Row, Skip, Trajectory, ValidationResult
+
+__all__ = ["Refinement", "Row", "Skip", "Trajectory", "ValidationResult", "validate"]
+
+PEERS = ("pinocchio", "exudyn")
+NEEDED = (
+    "natural_coordinates",
+    "natural_mass_matrix",
+    "constraints",
+    "constraint_jacobian",
+    "velocity_transformation",
+    "velocity_transformation_rate",
+    "natural_bias_acceleration",
+    "mass_matrix",
+    "coriolis_matrix",
+    "gravity_force",
+    "passive_force",
+    "bias_force",
+    "inverse_dynamics",
+    "forward_dynamics",
+    "kinetic_energy",
+    "potential_energy",
+    "integrate",
+)
+"""What is generated for a validation, whatever the scene asks for; poses of all its bodies and frames besides."""
+
+Progress = Callable[[int, int, str], None]
+SEED = 20240
+
+
+def validate(
+    scene: Scene | str | Path,
+    against: Sequence[str] = PEERS,
+    states: int = 1000,
+    functions: Any = None,
+    progress: Progress | None = None,
+    seed: int = SEED,
+) -> ValidationResult:
+    """Check a scene's functions.
+
+    ``functions`` is an object with one attribute per function (``artifact.load()``); without it they are generated
+    and compiled in a temporary folder. ``against`` names simulators; closed forms, first integrals and finite
+    differences are always checked. ``states`` random states are compared with Pinocchio.
+
+    Raises `SceneError` on a bad scene, `NotSupportedError` on closed loops, `ToolError` when a simulator or compiler
+    is missing.
+    """
+    unknown = [name for name in against if name not in PEERS]
+    if unknown:
+        raise ToolError(f"unknown simulator {unknown[0]}: choose from {', '.join(PEERS)}")
+    if not isinstance(scene, Scene):
+        from symgen.scene.load import load
+
+        scene = load(scene)
+    if functions is not None:
+        return _run(scene, tuple(against), states, functions, progress, seed)
+    with tempfile.TemporaryDirectory(prefix="symgen-validate-") as folder:
+        functions = _generate(scene, Path(folder))
+        return _run(scene, tuple(against), states, functions, progress, seed)
+
+
+def wanted_outputs(scene: Scene) -> tuple[Output, ...]:
+    """Every function the checks can use."""
+    frames = [body.name for body in scene.bodies] + [frame.name for frame in scene.frames]
+    names = [*NEEDED, *(f"frame_pose:{name}" for name in frames)]
+    return tuple(Output(name, (name,)) for name in names)
+
+
+def _generate(scene: Scene, folder: Path) -> Any:
+    import symgen
+
+    options = replace(scene.options, precision="double", targets=("c",), batch=False)
+    full = replace(scene, outputs=wanted_outputs(scene), options=options)
+    return symgen.generate(full, folder / "double").load()
+
+
+@dataclass
+class _Report:
+    """Rows as they come, and the progress bar."""
+
+    total: int
+    progress: Progress | None
+    rows: list[Row] = field(default_factory=list)
+    skipped: list[Skip] = field(default_factory=list)
+    done: int = 0
+
+    def step(self, what: str) -> None:
+        if self.progress is not None:
+            self.progress(self.done, self.total, what)
+        self.done += 1
+
+    def take(self, rows: Sequence[Row], skipped: Sequence[Skip] = ()) -> None:
+        self.rows.extend(rows)
+        self.skipped.extend(skipped)
+
+
+def _run(
+    scene: Scene, against: tuple[str, ...], states: int, functions: Any, progress: Progress | None, seed: int
+) -> ValidationResult:
+    from symgen.validation.closed_forms import closed_form_rows
+    from symgen.validation.differences import check_differences
+    from symgen.validation.functions import bind
+    from symgen.validation.mechanism import build_mechanism
+
+    mechanism = build_mechanism(scene)
+    bound = bind(functions, scene)
+    report = _Report(6, progress)
+    report.step("Pinocchio")
+    if "pinocchio" in against:
+        _against_pinocchio(report, scene, bound, states, seed)
+    report.step("finite differences")
+    report.take(*check_differences(mechanism, bound, seed + 1))
+    trajectory = None
+    if not bound.has("forward_dynamics"):
+        report.take([], [Skip("motions", "needs forward_dynamics")])
+    else:
+        report.step("closed forms")
+        report.take(closed_form_rows(mechanism, bound, seed + 2))
+        report.step("first integrals")
+        _first_integrals(report, mechanism, bound, seed + 3)
+        report.step("Exudyn")
+        trajectory = _against_exudyn(report, scene, bound, seed + 4, "exudyn" in against)
+    if progress is not None:
+        progress(report.total, report.total, "")
+    rows, skipped = tuple(report.rows), tuple(report.skipped)
+    versions = {name: _version(package) for name, package in (("pinocchio", "pin"), ("exudyn", "exudyn"))}
+    used = {name: versions[name] for name in against}
+    return ValidationResult(scene.name, scene.sha256, against, states, seed, rows, skipped, trajectory, used)
+
+
+def _against_pinocchio(report: _Report, scene: Scene, bound: Any, states: int, seed: int) -> None:
+    import numpy as np
+
+    from symgen.validation.compare import (
+        SAME_STATE,
+        adapters_agree,
+        compare_with_pinocchio,
+        snapping_rows,
+    )
+    from symgen.validation.functions import Bound, vary_parameters
+
+    report.take(
+        [Row(SAME_STATE, "Pinocchio's body poses against plain kinematics", adapters_agree(scene, seed), 1e-12)]
+    )
+    report.take(*compare_with_pinocchio(scene, bound, states, seed))
+    if scene.parameters:
+        changed, p = vary_parameters(scene, np.random.default_rng(seed))
+        again = Bound(bound.functions, p)
+        report.take(*compare_with_pinocchio(changed, again, max(1, states // 10), seed, ", other parameters"))
+    report.take(snapping_rows(scene, seed))
+
+
+def _first_integrals(report: _Report, mechanism: Any, bound: Any, seed: int) -> None:
+    from symgen.validation.invariants import energy_row, momentum_rows
+    from symgen.validation.reference import integrate_motion
+    from symgen.validation.trajectories import start_state
+
+    motion = integrate_motion(mechanism, bound, *start_state(mechanism, seed), 2.0, 4)
+    report.take([energy_row(mechanism, motion), *momentum_rows(mechanism, motion)])
+
+
+def _against_exudyn(report: _Report, scene: Scene, bound: Any, seed: int, wanted: bool) -> Trajectory | None:
+    from symgen.validation.trajectories import acceleration_rows, plain_trajectory, trajectory_rows
+
+    if not wanted:
+        return plain_trajectory(scene, bound, seed)
+    report.take(*acceleration_rows(scene, bound, seed))
+    report.step("Exudyn, motions")
+    rows, skipped, trajectory = trajectory_rows(scene, bound, seed)
+    report.take(rows, skipped)
+    return trajectory
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "unknown"
