@@ -53,7 +53,7 @@ def sinc3(x: mpf) -> mpf:
 
 
 def remez(f: Function, weight: Function, upper: mpf, known: list[mpf], degree: int) -> list[mpf]:
-    """The coefficients len(known)…degree of the polynomial that starts with ``known`` and minimises max |weight·(p − f)|."""
+    """Coefficients len(known)…degree of the polynomial that starts with ``known``, minimal in max |weight·(p − f)|."""
     skip = len(known)
     unknowns = degree + 1 - skip
 
@@ -135,10 +135,14 @@ def kernel(name: str, bits: int, degrees: tuple[int, int, int], half_pi: list[in
     third = [rounded(c, bits) for c in remez(sinc3, lambda x: 1 / sinc3(x), SINC3_RANGE, [], degrees[2])]
     reduction = parts(pi / 2, half_pi)
     return (
-        f"{name} = Kernel(\n"
-        f"    sine={spelled(sine, suffix, digits)},\n    cosine={spelled(cosine, suffix, digits)},\n"
-        f"    sinc3={spelled(third, suffix, digits)},\n    half_pi={spelled(reduction, suffix, digits)},\n)\n"
-    ).replace('\n    "', '\n        "').replace("\n),", "\n    ),")
+        (
+            f"{name} = Kernel(\n"
+            f"    sine={spelled(sine, suffix, digits)},\n    cosine={spelled(cosine, suffix, digits)},\n"
+            f"    sinc3={spelled(third, suffix, digits)},\n    half_pi={spelled(reduction, suffix, digits)},\n)\n"
+        )
+        .replace('\n    "', '\n        "')
+        .replace("\n),", "\n    ),")
+    )
 
 
 HEADER = '''"""Numbers of the built-in trigonometry. Written by tools/sincos_coefficients.py: change that, not this."""

@@ -1,7 +1,7 @@
 """Programs → C99 files: prepared rows go into templates, nothing else happens there.
 
-    emitted = emit_c("rrpr", programs, info)
-    emitted.files["rrpr.c"]
+emitted = emit_c("rrpr", programs, info)
+emitted.files["rrpr.c"]
 """
 
 from __future__ import annotations
@@ -27,10 +27,12 @@ LICENCE = "0BSD"
 LINES_PER_FILE = 20000
 """Sources longer than this are split between functions: gcc's memory and time grow with the length of a file."""
 
-_LIBRARY_HEADERS = frozenset(
-    """assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdarg stdbool stddef stdint
-    stdio stdlib string tgmath time wchar wctype stdalign stdatomic stdnoreturn threads uchar""".split()
-)
+_HEADERS = """assert
+complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdarg stdbool stddef
+stdint stdio stdlib string tgmath time wchar wctype stdalign stdatomic stdnoreturn threads uchar"""
+_LIBRARY_HEADERS = frozenset(_HEADERS.split())
+_TARGETS = "all clean help install test package edit_cache rebuild_cache depend m none c"
+_CMAKE_TARGETS = frozenset(_TARGETS.split())
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,8 @@ class Emitted:
 
 
 def emit_c(name: str, programs: Sequence[Program], info: Info) -> Emitted:
-    """The C files of a scene: NAME.h, NAME.c (NAME_1.c, … when long), NAME_batch.c where asked for, CMakeLists.txt, main.c.
+    """The C files of a scene: NAME.h, NAME.c (NAME_1.c, … when long), NAME_batch.c where asked for, CMakeLists.txt
+    and main.c.
 
     ``name`` is the scene's, a C identifier. Raises SceneError where names cannot be told apart in C and
     NotSupportedError where a constant does not fit the precision.
@@ -314,10 +317,6 @@ def _batch(
     return render("c/batch.c.j2", banner=banner, header=f"{name}.h", functions=rows)
 
 
-_CMAKE_TARGETS = frozenset("all clean help install test package edit_cache rebuild_cache depend m none c".split())
-
-
 def _cmake(name: str, sources: Sequence[str], banner: Sequence[str]) -> str:
     target = f"{name}_symgen" if name.lower() in _CMAKE_TARGETS else name
     return render("c/CMakeLists.txt.j2", banner=banner, target=target, sources=sources)
-

@@ -6,16 +6,16 @@ from collections.abc import Iterable
 
 from symgen.scene.names import RESERVED, identifier
 
-HELPERS = frozenset(
-    """sine_cosine sine cosine cos_sqrt sinc_sqrt sinc3_sqrt square_root_tail reduce_large multiply_high two_over_pi
-    i n show""".split()
-)
+_HELPERS = """sine_cosine sine cosine cos_sqrt sinc_sqrt sinc3_sqrt square_root_tail reduce_large multiply_high
+two_over_pi i n show"""
+HELPERS = frozenset(_HELPERS.split())
 """Functions of symgen's own files, and the variables of its loops."""
 
-_TAKEN = frozenset(word.lower() for word in RESERVED | HELPERS) | frozenset(
-    """sinf cosf sqrtf fabsf ldexpf frexpf j0f j1f jnf y0f y1f ynf sincosf exp10 pow10 drem finite significand scalb
-    scalbln ilogb llrint llround fmin fmax remquo nexttoward float_t double_t int32_t uint32_t uint64_t ptrdiff_t""".split()
-)
+_LIBRARY = """sinf
+cosf sqrtf fabsf ldexpf frexpf j0f j1f jnf y0f y1f ynf sincosf exp10 pow10 drem finite significand scalb
+scalbln ilogb llrint llround fmin fmax remquo nexttoward float_t double_t int32_t uint32_t uint64_t ptrdiff_t"""
+
+_TAKEN = frozenset(word.lower() for word in RESERVED | HELPERS) | frozenset(_LIBRARY.split())
 
 
 class Names:

@@ -9,6 +9,7 @@ from functools import cache
 from math import factorial
 
 from symgen.targets.c.coefficients import DOUBLE, FLOAT, HALF_RANGE, SINC3_RANGE, TWO_OVER_PI, Kernel
+from symgen.targets.c.literals import PRECISIONS, round_to
 from symgen.targets.c.templates import render
 
 ENTIRE = ("cos_sqrt", "sinc_sqrt", "sinc3_sqrt")
@@ -140,8 +141,6 @@ def enclosure(precision: str = "double") -> Enclosure:
 
 def as_stored(literal: str, precision: str) -> Fraction:
     """The number a compiler makes of a literal."""
-    from symgen.targets.c.literals import PRECISIONS, round_to  # noqa: PLC0415
-
     return round_to(Fraction(literal.rstrip("f")), PRECISIONS[precision])
 
 

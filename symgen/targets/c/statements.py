@@ -7,7 +7,7 @@ from collections import Counter
 from dataclasses import dataclass
 from fractions import Fraction
 
-from symgen.program.instructions import Counts, Instruction, Port, Program
+from symgen.program.instructions import Counts, Port, Program
 from symgen.targets.c.expressions import ATOM, Expression, call, count_operations, product, quotient, total
 from symgen.targets.c.literals import ConstantTable
 from symgen.targets.c.names import Names
@@ -104,7 +104,9 @@ class _Writer:
     def count_uses(self) -> Counter[int]:
         uses: Counter[int] = Counter()
         for index, instruction in enumerate(self.instructions):
-            second_of_pair = instruction.op in ("cos", "sin") and self.pairs.get(instruction.args[0], (index,))[0] != index
+            second_of_pair = (
+                instruction.op in ("cos", "sin") and self.pairs.get(instruction.args[0], (index,))[0] != index
+            )
             if instruction.op != "neg" and not second_of_pair:
                 uses.update(self.root(i)[0] for i in instruction.args)
         for index, entries in self.stores.items():
@@ -240,5 +242,3 @@ def _pairs(program: Program, functions: Functions) -> dict[int, tuple[int, int]]
         if instruction.op in ("cos", "sin"):
             found.setdefault(instruction.args[0], []).append(index)
     return {argument: (both[0], both[1]) for argument, both in found.items() if len(both) == 2}
-
-

@@ -1,0 +1,193 @@
+"""Emitted C read back: the proof that a certificate is about the text, not about what was meant.
+
+The strict straight-line subset that `emit_c` writes is recognised, everything else is refused. Arithmetic with
++ − * / and parentheses means the same in C and in Python, so a function body becomes Python source (each name
+prefixed, each literal an exact rational) that runs over any number type, and modulo a prime at full speed.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from symgen.errors import CertificateError
+from symgen.program.instructions import Port
+from symgen.targets.c.emit import Emitted, EmittedFunction
+from symgen.targets.c.function_text import FunctionReader, ReadFunction
+from symgen.targets.c.rounding import check_literal, literal_value
+from symgen.targets.c.sincos import helper_functions
+
+_COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
+_INCLUDES = re.compile(r'\s*#include "(\w+)\.h"\n((?:#include <(?:math|stdint)\.h>\n)*)')
+_CONSTANT = re.compile(r"\s*static const (double|float) (\w+) = ([\w.+-]+);", re.ASCII)
+_FUNCTION = re.compile(r"\s*(void|int) (\w+)\(([^()]*)\)\n\{\n(.*?)\n\}\n", re.ASCII | re.DOTALL)
+_CALL = re.compile(r"\b([A-Za-z_]\w*)\(", re.ASCII)
+
+
+@dataclass(frozen=True)
+class NamedLiteral:
+    """A line of a constant table: the file says ``name = text``, the emitter says it stands for ``value``."""
+
+    file: str
+    name: str
+    text: str
+    value: Fraction
+
+
+@dataclass(frozen=True)
+class ReadBack:
+    """What the C sources of one artifact say."""
+
+    functions: Mapping[str, ReadFunction]
+    """By program name."""
+    literals: tuple[NamedLiteral, ...]
+    precision: str
+
+    def check_literals(self) -> int:
+        """Prove every named constant correctly rounded; how many there are. Raises CertificateError."""
+        for row in self.literals:
+            try:
+                check_literal(row.text, row.value, self.precision)
+            except CertificateError as error:
+                raise CertificateError(f"{row.file}: {row.name}: {error}") from None
+        return len(self.literals)
+
+
+def read_back(emitted: Emitted) -> ReadBack:
+    """Parse the sources of ``emitted`` and check them against its programs' ports.
+
+    Raises CertificateError for anything that is not the form `emit_c` writes: unknown statements, wrong signatures,
+    entries of an output assigned twice or never, names read before they are assigned, indices out of bounds, constants
+    that are not in the table. Values are for the caller to check (`ReadFunction.evaluate_mod`).
+    """
+    functions: dict[str, ReadFunction] = {}
+    literals: list[NamedLiteral] = []
+    by_file: dict[str, list[EmittedFunction]] = {}
+    for function in emitted.functions:
+        by_file.setdefault(function.source, []).append(function)
+    for file, expected in by_file.items():
+        read, found = _read_source(file, emitted, expected)
+        functions.update(read)
+        literals.extend(found)
+    _check_header(emitted)
+    return ReadBack(functions, tuple(literals), emitted.info.options.precision)
+
+
+def strip_comments(text: str) -> str:
+    """Comments become blanks; lines stay."""
+    return _COMMENT.sub(lambda match: "\n" * match[0].count("\n") or " ", text)
+
+
+def _code(file: str, text: str) -> str:
+    """The code of a file without comments; refuses what could make a compiler read it differently."""
+    code = strip_comments(text)
+    for mark in ("//", "??", "\\", "/*", '"""'):
+        if mark in code:
+            raise CertificateError(f"{file}: {mark} is not part of emitted C")
+    if not code.isascii():
+        raise CertificateError(f"{file}: code outside comments is not ASCII")
+    return re.sub(r"[ \t]+\n", "\n", code)
+
+
+def _read_source(
+    file: str, emitted: Emitted, expected: Sequence[EmittedFunction]
+) -> tuple[dict[str, ReadFunction], list[NamedLiteral]]:
+    options = emitted.info.options
+    code = _code(file, emitted.files[file])
+    first = re.search(rf"\n(?:void|int) {re.escape(expected[0].symbols.scalar)}\(", code)
+    if first is None:
+        raise CertificateError(f"{file}: {expected[0].symbols.scalar} is not there")
+    prefix, rest = code[: first.start() + 1], code[first.start() + 1 :]
+    called = set(_CALL.findall(rest))
+    prefix = _after_includes(file, prefix, emitted.name)
+    helpers = _code(file, helper_functions(options.precision, options.trigonometry, called))
+    if not prefix.lstrip().startswith(helpers.strip()):
+        raise CertificateError(f"{file}: the built-in functions are not the certified ones")
+    literals = _constants(file, prefix.lstrip()[len(helpers.strip()) :], emitted)
+    values = {row.name: row.value for row in literals}
+    functions: dict[str, ReadFunction] = {}
+    position = 0
+    for function in expected:
+        match = _FUNCTION.match(rest, position)
+        place = f"{file}: {function.symbols.scalar}"
+        if match is None or match[2] != function.symbols.scalar:
+            raise CertificateError(f"{place}: expected here, found something else")
+        position = match.end()
+        status = options.status and bool(function.program.guards)
+        _check_signature(place, match[1], match[3], function, options.precision, status)
+        reader = FunctionReader(place, function.program, values, options.precision, options.trigonometry, status)
+        functions[function.program.name] = reader.read(match[4])
+    if rest[position:].strip():
+        raise CertificateError(f"{file}: text after the last function")
+    _check_all_used(file, literals, functions)
+    return functions, literals
+
+
+def _after_includes(file: str, prefix: str, name: str) -> str:
+    match = _INCLUDES.match(prefix)
+    if match is None or match[1] != name:
+        raise CertificateError(f"{file}: must begin with its includes")
+    return prefix[match.end() :]
+
+
+def _constants(file: str, text: str, emitted: Emitted) -> list[NamedLiteral]:
+    rows: list[NamedLiteral] = []
+    position = 0
+    while match := _CONSTANT.match(text, position):
+        c_type, name, literal = match.groups()
+        position = match.end()
+        if (
+            c_type != emitted.info.options.precision
+            or name not in emitted.constants
+            or name in {r.name for r in rows[-1:]}
+        ):
+            raise CertificateError(f"{file}: constant {name} is not one of the table")
+        literal_value(literal, c_type)
+        rows.append(NamedLiteral(file, name, literal, emitted.constants[name]))
+    if text[position:].strip():
+        raise CertificateError(f"{file}: unexpected text before the first function: {text[position:].strip()[:60]!r}")
+    if len({row.name for row in rows}) != len(rows):
+        raise CertificateError(f"{file}: a constant is defined twice")
+    return rows
+
+
+def _check_all_used(file: str, literals: Sequence[NamedLiteral], functions: Mapping[str, ReadFunction]) -> None:
+    used = {name for function in functions.values() for name in function.constants}
+    for row in literals:
+        if row.name not in used:
+            raise CertificateError(f"{file}: constant {row.name} is never used")
+
+
+def _arguments(function: EmittedFunction, precision: str) -> list[str]:
+    def spelled(port: Port, qualifier: str) -> str:
+        scalar = port.shape == () and qualifier
+        return f"{precision} {port.name}" if scalar else f"{qualifier}{precision} {port.name}[{port.size}]"
+
+    program = function.program
+    return [spelled(port, "const ") for port in program.inputs] + [spelled(port, "") for port in program.outputs]
+
+
+def _check_signature(
+    place: str, result: str, arguments: str, function: EmittedFunction, precision: str, status: bool
+) -> None:
+    found = [" ".join(argument.split()) for argument in arguments.split(",")]
+    if result != ("int" if status else "void"):
+        raise CertificateError(f"{place}: returns {result}")
+    if found != _arguments(function, precision):
+        raise CertificateError(f"{place}: arguments are ({', '.join(found)})")
+
+
+def _check_header(emitted: Emitted) -> None:
+    """Every function is declared once, as it is defined."""
+    file = emitted.headers[0]
+    code = " ".join(strip_comments(emitted.files[file]).split())
+    options = emitted.info.options
+    for function in emitted.functions:
+        result = "int" if options.status and function.program.guards else "void"
+        arguments = ", ".join(_arguments(function, options.precision))
+        symbol = function.symbols.scalar
+        text = f"{result} {symbol}({arguments});".replace("( ", "(")
+        if code.replace("( ", "(").count(text) != 1 or len(re.findall(rf"\b{symbol}\(", code)) != 1:
+            raise CertificateError(f"{file}: {symbol} is not declared as it is defined")
