@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 from symgen.errors import NotSupportedError
 from symgen.scene.joints import JOINT_TYPES
 from symgen.scene.model import GROUND, Joint, Scene
+from symgen.scene.outputs import function_name
 from symgen.topology.graph import cycles
-from symgen.topology.tree import Tree, TreeBody, build_tree
+from symgen.topology.tree import Tree, TreeBody
 
 if TYPE_CHECKING:
     from symgen.natural.entities import Entity
@@ -132,23 +133,18 @@ def entity_table(entities: Iterable[Entity], tree: Tree) -> str:
     return table(("name", "kind", "shared by", "in the first one's frame", "rows"), rows)
 
 
-def _functions(scene: Scene) -> tuple[str, ...]:
-    from symgen.scene.outputs import DEFAULT_OUTPUTS
-
-    return tuple(output.name for output in scene.outputs or DEFAULT_OUTPUTS)
-
-
 def plan_rows(system: System) -> list[dict[str, Any]]:
     """Every plan of every function asked for, with its operations; the chosen one is marked."""
     rows = []
-    for name in _functions(system.scene):
-        for choice in system.plans(name):
-            c = choice.counts
-            operations = {"add": c.add, "mul": c.mul, "div": c.div, "sqrt": c.sqrt, "sincos": c.sincos}
-            rows.append(
-                {"function": name, "plan": choice.plan, "operations": operations, "flops": c.flops,
-                 "chosen": choice.chosen, "why": choice.why}
-            )  # fmt: skip
+    for output in system.outputs:
+        name = function_name(output.name)
+        for choice in system.plans(output.name):
+            row: dict[str, Any] = {"function": name, "plan": choice.plan, "operations": None, "flops": None}
+            if choice.counts is not None:
+                c = choice.counts
+                row["operations"] = {"add": c.add, "mul": c.mul, "div": c.div, "sqrt": c.sqrt, "sincos": c.sincos}
+                row["flops"] = c.flops
+            rows.append({**row, "chosen": choice.chosen, "why": choice.why})
     return rows
 
 
@@ -159,19 +155,22 @@ def plan_table(system: System) -> str:
         name = row["function"] if row["function"] != previous else ""
         previous = row["function"]
         mark = "●" if row["chosen"] else ""
-        rows.append((name, mark, row["plan"], *row["operations"].values(), row["flops"], row["why"]))
+        counted = (*row["operations"].values(), row["flops"]) if row["operations"] else ("–",) * 6
+        rows.append((name, mark, row["plan"], *counted, row["why"]))
     header = ("function", "", "plan", "add", "mul", "div", "sqrt", "sincos", "flops", "why")
     return table(header, rows, right=range(3, 9))
 
 
-def _system(scene: Scene) -> tuple[System | None, str]:
-    """The derived system, or why there is none (a closed loop is shown, but not derived)."""
+def _derived(scene: Scene) -> tuple[System, str]:
+    """The derived system, and why it has no functions (a closed loop is shown, but not derived)."""
     from symgen.system import derive
 
+    system = derive(scene)
     try:
-        return derive(scene), ""
+        system.require_tree()
     except NotSupportedError as error:
-        return None, str(error)
+        return system, str(error)
+    return system, ""
 
 
 def _section(title: str, body: str) -> str:
@@ -180,11 +179,13 @@ def _section(title: str, body: str) -> str:
 
 def as_text(scene: Scene) -> str:
     """Everything ``symgen show`` says about a scene."""
-    tree = build_tree(scene)
-    system, refusal = _system(scene)
-    sizes = f"{len(tree.bodies)} moving bodies, nq = {tree.nq}, nv = {tree.nv}"
-    if system is not None:
-        sizes += f", nn = {system.natural.nn} natural coordinates, nc = {system.natural.nc} constraints"
+    system, refusal = _derived(scene)
+    tree, natural = system.tree, system.natural
+    sizes = (
+        f"{len(tree.bodies)} moving bodies, nq = {tree.nq}, nv = {tree.nv}, "
+        f"nn = {natural.nn} natural coordinates{' (planar)' if natural.plane else ''}, nc = {natural.nc} constraints"
+    )
+    notes = [*scene.notes, *([refusal] if refusal else [])]
     sections = [
         f"{scene.name}: {sizes}",
         _section("Graph", graph_tree(tree)),
@@ -192,25 +193,23 @@ def as_text(scene: Scene) -> str:
         _section("Loops", cut_joint_text(scene, tree)),
         _section("Path matrix π", labelled_matrix(tree.path_matrix.tolist(), tree)),
         _section("Secondary path matrix π*", labelled_matrix(tree.secondary_path_matrix.tolist(), tree)),
+        _section("Natural coordinates", entity_table(natural.entities, tree)),
+        "" if refusal else _section("Plans (● chosen)", plan_table(system)),
+        _section("Notes", "\n".join(f"- {note}" for note in notes)),
     ]
-    if system is not None:
-        sections += [
-            _section("Natural coordinates", entity_table(system.natural.entities, tree)),
-            _section("Plans (● chosen)", plan_table(system)),
-        ]
-    notes = [*scene.notes, *([refusal] if refusal else [])]
-    sections.append(_section("Notes", "\n".join(f"- {note}" for note in notes)))
     return "\n\n".join(section for section in sections if section)
 
 
 def as_json(scene: Scene) -> dict[str, Any]:
     """The same as plain data; matrices as lists of rows."""
-    tree = build_tree(scene)
-    system, refusal = _system(scene)
-    result: dict[str, Any] = {
+    system, refusal = _derived(scene)
+    tree, natural = system.tree, system.natural
+    return {
         "name": scene.name,
         "nq": tree.nq,
         "nv": tree.nv,
+        "nn": natural.nn,
+        "nc": natural.nc,
         "joints": [
             {
                 "name": body.joint.name,
@@ -228,22 +227,14 @@ def as_json(scene: Scene) -> dict[str, Any]:
             {"joints": list(loop), "cut": joint.name, "forced": joint.cut}
             for loop, joint in zip(cycles(scene), tree.cut_joints, strict=True)
         ],
-        "notes": list(scene.notes),
-    }
-    if system is None:
-        result["not_supported"] = refusal
-        return result
-    natural = system.natural
-    result |= {
-        "nn": natural.nn,
-        "nc": natural.nc,
         "natural_coordinates": [
             {"name": e.label, "kind": e.kind, "rows": None if e.start is None else [e.start, e.size]}
             for e in natural.entities
         ],
-        "plans": plan_rows(system),
+        "plans": [] if refusal else plan_rows(system),
+        "notes": list(scene.notes),
+        "not_supported": refusal or None,
     }
-    return result
 
 
 def manifest_text(manifest: Mapping[str, Any], directory: str) -> str:

@@ -50,15 +50,16 @@ def sample_states(scene: Scene, system: System, n: int, seed: int = 1) -> list[d
     return states
 
 
-def derive_programs(scene: Scene, names: Sequence[str]) -> tuple[System, dict[str, Program], dict[str, float]]:
+def derive_programs(scene: Scene) -> tuple[System, dict[str, Program], dict[str, float]]:
     """A fresh derivation, and the milliseconds each function took (the first carries what all share)."""
-    programs, milliseconds = {}, {}
+    programs: dict[str, Program] = {}
+    milliseconds: dict[str, float] = {}
     started = time.perf_counter()
     system = derive(scene)
-    for name in names:
-        programs[name] = system.program(name)
+    for output in system.outputs:
+        program = system.program(output.name)
         now = time.perf_counter()
-        milliseconds[name] = (now - started) * 1e3
+        programs[program.name], milliseconds[program.name] = program, (now - started) * 1e3
         started = now
     return system, programs, milliseconds
 
@@ -175,13 +176,9 @@ def bench(
 
     Raises ToolError without a C compiler. Peers that are not installed are left out.
     """
-    from symgen.scene.outputs import DEFAULT_OUTPUTS, function_name
-
     steps = Steps(progress, repeats + 4)
     cc = find_compiler()
-    system, programs, milliseconds = derive_programs(
-        scene, [function_name(output.name) for output in scene.outputs or DEFAULT_OUTPUTS]
-    )
+    system, programs, milliseconds = derive_programs(scene)
     steps.tick("derived")
     samples = sample_states(scene, system, states)
     with tempfile.TemporaryDirectory() as scratch:
