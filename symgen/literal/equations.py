@@ -251,9 +251,11 @@ class Literal:
             pose = self.at.poses[body.index]
             moment = vadd(scale(p[0][0], pose.origin), pose.vector(tuple(p[0][1:])))
             energy = sub(energy, dot(g, moment))
-        for force in self.values.scene.forces:
-            energy = add(energy, self._spring_energy(force))
-        return energy
+        return add(energy, self.spring_energy())
+
+    def spring_energy(self) -> Scalar:
+        """The springs' part of the potential energy."""
+        return total(self._spring_energy(force) for force in self.values.scene.forces)
 
     def frame_pose(self, frame: str) -> Mat:
         home, local = self.tree.frames[frame]

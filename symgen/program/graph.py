@@ -129,6 +129,11 @@ class Graph:
                 return simpler
         return self._make(key, op, (x,), None)
 
+    def raw(self, op: str, *args: Node) -> Node:
+        """A node exactly as written: shared, but not simplified."""
+        key = (op, *(x.number for x in args))
+        return self._known.get(key) or self._make(key, op, args, None)
+
     def add(self, x: Node, y: Node) -> Node:
         return self.binary("add", x, y)
 
@@ -208,24 +213,3 @@ def extract(
         plan=plan,
         summary=summary,
     )
-
-
-def replay(program: Program, graph: Graph) -> tuple[list[list[Node]], list[Node]]:
-    """Make a program's values again in ``graph`` (its rules apply once more): results per output, and guards."""
-    nodes: list[Node] = []
-    for instruction in program.instructions:
-        graph.current_phase = instruction.phase
-        if instruction.op == "const":
-            assert isinstance(instruction.value, Fraction)
-            node = graph.const(instruction.value)
-        elif instruction.op == "input":
-            assert isinstance(instruction.value, tuple)
-            node = graph.input(*instruction.value)
-        elif len(instruction.args) == 2:
-            node = graph.binary(instruction.op, nodes[instruction.args[0]], nodes[instruction.args[1]])
-        else:
-            node = graph.unary(instruction.op, nodes[instruction.args[0]])
-        if instruction.label:
-            graph.name_scalar(instruction.label, node)
-        nodes.append(node)
-    return [[nodes[i] for i in row] for row in program.results], [nodes[i] for i in program.guards]

@@ -1,0 +1,197 @@
+"""Building the exact program of a function by one family of plans.
+
+A family says how rows of the catalogue are computed; rows of one function are built in one graph and share what
+they share. Rows that have one way only are the literal ones in every family.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from symgen.algebra.linear import Vec, mul, sub, vadd
+from symgen.algebra.numbers import State
+from symgen.catalogue import (
+    CATALOGUE,
+    STATE_INPUTS,
+    function_name,
+    function_summary,
+    input_ports,
+    output_ports,
+    sizes,
+    split_row,
+)
+from symgen.literal.equations import Literal
+from symgen.natural.layout import NaturalCoordinates
+from symgen.plans import composite, coriolis, factor, recursive
+from symgen.plans.walk import Links, links_at
+from symgen.program.graph import Graph, Node, extract
+from symgen.program.instructions import Port, Program
+from symgen.program.passes import optimise
+from symgen.scene.model import Output, Scene
+from symgen.topology.tree import Tree
+from symgen.velocity.values import Values
+
+Scalar = Any
+
+
+@dataclass(frozen=True)
+class Family:
+    """A way to compute: the name of its plans, whether bodies are regrouped, and how accelerations are solved for."""
+
+    name: str
+    literal: bool = False
+    regrouped: bool = True
+    articulated: bool = False
+    explanation: str = ""
+
+
+FAMILIES: tuple[Family, ...] = (
+    Family("composite", explanation="body axes, inertia regrouped; forward dynamics by sparse LᵀDL"),
+    Family("articulated", articulated=True, explanation="body axes, inertia regrouped; articulated bodies"),
+    Family("composite, inertia as given", regrouped=False, explanation="body axes; forward dynamics by sparse LᵀDL"),
+    Family(
+        "articulated, inertia as given", regrouped=False, articulated=True, explanation="body axes; articulated bodies"
+    ),
+    Family("literal", literal=True, regrouped=False, explanation="ground axes, R and M multiplied out"),
+)
+
+
+@dataclass
+class Builder:
+    """One graph and what rows share in it."""
+
+    scene: Scene
+    tree: Tree
+    natural: NaturalCoordinates
+    family: Family
+    graph: Graph = field(default_factory=Graph)
+    guards: list[Node] = field(default_factory=list)
+
+    @cached_property
+    def state(self) -> State:
+        size, graph = sizes(self.scene, self.tree, self.natural), self.graph
+        return State(
+            q=graph.inputs("q", size.nq),
+            v=graph.inputs("v", size.nv),
+            a=graph.inputs("a", size.nv),
+            tau=graph.inputs("tau", size.nv),
+            dt=graph.input("dt", 0),
+            p=graph.inputs("p", size.np),
+        )
+
+    @cached_property
+    def values(self) -> Values:
+        return Values(self.scene, self.graph, self.state.p)
+
+    @cached_property
+    def literal(self) -> Literal:
+        return Literal(self.tree, self.natural, self.values, self.state)
+
+    @cached_property
+    def links(self) -> Links:
+        return links_at(self.tree, self.values, self.state.q, self.family.regrouped)
+
+    @cached_property
+    def still(self) -> list[int]:
+        return [0] * self.tree.nv
+
+    def passive(self) -> Vec:
+        with self.graph.phase("springs and dampers"):
+            return self.literal.passive_force()
+
+    @cached_property
+    def mass_matrix(self) -> Sequence[Sequence[Scalar]]:
+        return self.literal.mass_matrix() if self.family.literal else composite.mass_matrix(self.links, self.armature)
+
+    @property
+    def armature(self) -> tuple[Scalar, ...]:
+        return self.literal.armature
+
+    def inverse_dynamics(self, a: Sequence[Scalar]) -> Vec:
+        tau = recursive.inverse_dynamics(self.links, self.state.v, a, self.values.gravity())
+        motors = tuple(mul(extra, x) for extra, x in zip(self.armature, a, strict=True))
+        return vadd(vadd(tuple(tau), motors), self.passive())
+
+    @cached_property
+    def bias_force(self) -> Vec:
+        return self.literal.bias_force() if self.family.literal else self.inverse_dynamics(self.still)
+
+    def forward_dynamics(self) -> Sequence[Scalar]:
+        rest = [sub(x, y) for x, y in zip(self.state.tau, self.bias_force, strict=True)]
+        if self.family.articulated:
+            x, pivots = factor.solve_articulated(self.links, self.armature, rest)
+        else:
+            x, pivots = factor.solve_ltdl(self.links, self.mass_matrix, rest)
+        self.guards.extend(pivot for pivot in pivots if isinstance(pivot, Node) and pivot.op != "const")
+        return x
+
+    def potential_energy(self) -> Scalar:
+        springs = self.literal.spring_energy()
+        return coriolis.gravity_energy(self.links, self.values.gravity()) + springs
+
+
+PLANNED: dict[str, Callable[[Builder], Any]] = {
+    "mass_matrix": lambda b: b.mass_matrix,
+    "coriolis_matrix": lambda b: coriolis.coriolis_matrix(b.links, b.state.v),
+    "gravity_force": lambda b: coriolis.gravity_force(b.links, b.values.gravity()),
+    "bias_force": lambda b: b.bias_force,
+    "inverse_dynamics": lambda b: b.inverse_dynamics(b.state.a),
+    "forward_dynamics": lambda b: b.forward_dynamics(),
+    "kinetic_energy": lambda b: coriolis.kinetic_energy(b.links, b.state.v, b.armature),
+    "potential_energy": lambda b: b.potential_energy(),
+}
+"""Rows with a plan in body axes, beside the literal one."""
+SOLVED = frozenset({"forward_dynamics"})
+"""Rows that have no literal expression, only the equation that defines them: some family must solve it."""
+
+
+def families_of(output: Output) -> tuple[Family, ...]:
+    """The families that differ for this function, cheapest to try first."""
+    rows = {split_row(row)[0] for row in output.of}
+    planned, solved = rows & PLANNED.keys(), rows & SOLVED
+    if not planned:
+        return (FAMILIES[-1],)
+    return tuple(family for family in FAMILIES if solved or not family.articulated)
+
+
+def flatten(value: Any) -> list[Scalar]:
+    """Row-major scalars of a nested tuple, or the scalar itself."""
+    if isinstance(value, tuple | list):
+        return [x for row in value for x in flatten(row)]
+    return [value]
+
+
+def build(scene: Scene, tree: Tree, natural: NaturalCoordinates, output: Output, family: Family) -> Program:
+    """The optimised program of one function by one family."""
+    builder = Builder(scene, tree, natural, family)
+    size = sizes(scene, tree, natural)
+    inputs, outputs = input_ports(output.of, size), output_ports(output.of, size)
+    for port in sorted(inputs, key=lambda port: STATE_INPUTS.index(port.name)):
+        builder.graph.inputs(port.name, port.size)
+    results: list[list[Scalar]] = []
+    for row in output.of:
+        name, frame = split_row(row)
+        literal = CATALOGUE[name].literal
+        if name in SOLVED or (name in PLANNED and not family.literal):
+            results.append(flatten(PLANNED[name](builder)))
+        else:
+            assert literal is not None
+            with builder.graph.phase(""):
+                results.extend(flatten(value) for value in literal(builder.literal, frame))
+    program = extract(
+        builder.graph,
+        function_name(output.name),
+        inputs,
+        outputs,
+        results,
+        builder.guards,
+        family.name,
+        function_summary(output),
+    )
+    return optimise(program)
+
+
+__all__ = ["FAMILIES", "PLANNED", "Family", "Port", "build", "families_of", "flatten"]

@@ -1,0 +1,102 @@
+"""Choosing the plan of a function: count every family that could win, take the cheapest, say why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from symgen.catalogue import split_row
+from symgen.natural.layout import NaturalCoordinates
+from symgen.plans.build import FAMILIES, Family, build, families_of
+from symgen.program.instructions import Counts, Program, count
+from symgen.scene.model import Output, Scene
+from symgen.topology.tree import Tree
+
+DIVISION_COST = 8
+"""Additions that a division or a root is worth: about what it occupies a floating-point unit for."""
+LITERAL_LIMIT = 3
+"""Up to so many velocities the literal form may win, and is always counted."""
+LITERAL_SHOWN = 12
+"""Up to so many it is counted when asked for."""
+
+
+@dataclass(frozen=True)
+class PlanChoice:
+    """One line of `symgen show`: a plan, its operations (None where not counted), whether it was taken, and why."""
+
+    plan: str
+    counts: Counts | None
+    chosen: bool
+    why: str
+
+
+def cost(counts: Counts) -> int:
+    """Operations weighted by what they take."""
+    return counts.add + counts.mul + DIVISION_COST * (counts.div + counts.sqrt)
+
+
+def factor_lower_bound(tree: Tree) -> int:
+    """Operations of LᵀDL and its solves from the sparsity alone: what forward dynamics by factoring costs at least."""
+    total, depth = 0, {-1: 0}
+    for body in tree.bodies:
+        before = depth[body.parent]
+        for k in range(body.nv):
+            above = before + k
+            total += above * (above + 1) + 5 * above
+        depth[body.index] = before + body.nv
+    return total
+
+
+def choose(
+    scene: Scene, tree: Tree, natural: NaturalCoordinates, output: Output, every: bool = False
+) -> tuple[Program, tuple[PlanChoice, ...]]:
+    """The program of a function by its cheapest family, and what was weighed.
+
+    ``every`` counts also those families that cannot win, where that is affordable.
+    """
+    programs: dict[str, Program] = {}
+    passed: dict[str, str] = {}
+    families = families_of(output)
+    only = len(families) == 1
+    solves = any(split_row(row)[0] == "forward_dynamics" for row in output.of)
+    bound = factor_lower_bound(tree)
+    order = sorted(families, key=lambda family: not family.articulated)
+    for family in order:
+        reason = "" if only else _reason_to_skip(family, tree, solves, bound, programs, every)
+        if reason:
+            passed[family.name] = reason
+        else:
+            programs[family.name] = build(scene, tree, natural, output, family)
+    best = min(families, key=lambda family: _rank(family, programs))
+    return programs[best.name], tuple(_choice(family, best, programs, passed, only) for family in families)
+
+
+def _rank(family: Family, programs: dict[str, Program]) -> tuple[bool, int, int]:
+    counted = family.name in programs
+    return (not counted, cost(count(programs[family.name])) if counted else 0, FAMILIES.index(family))
+
+
+def _reason_to_skip(
+    family: Family, tree: Tree, solves: bool, bound: int, programs: dict[str, Program], every: bool
+) -> str:
+    if family.literal and tree.nv > (LITERAL_SHOWN if every else LITERAL_LIMIT):
+        return "not counted: multiplies out matrices that the other plans never form"
+    articulated = programs.get("articulated")
+    if solves and not family.articulated and articulated is not None:
+        known = cost(count(articulated))
+        if bound > known:
+            return f"not counted: LᵀDL alone takes at least {bound} operations"
+    return ""
+
+
+def _choice(
+    family: Family, best: Family, programs: dict[str, Program], passed: dict[str, str], only: bool
+) -> PlanChoice:
+    program = programs.get(family.name)
+    counts = count(program) if program else None
+    if family is best:
+        why = "the only plan" if only else f"fewest operations ({family.explanation})"
+        return PlanChoice(family.name, counts, True, why)
+    if counts is None:
+        return PlanChoice(family.name, None, False, passed[family.name])
+    more = cost(counts) / max(cost(count(programs[best.name])), 1)
+    return PlanChoice(family.name, counts, False, f"{more:.2f} times the cost ({family.explanation})")

@@ -1,0 +1,150 @@
+"""A derived system: the tree, its natural coordinates, and every catalogue function of it, in every form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.algebra.numbers import Numbers, State
+from symgen.catalogue import CATALOGUE, Sizes, output_ports, sizes, split_row
+from symgen.errors import NotSupportedError
+from symgen.literal.equations import Literal
+from symgen.natural.coordinates import choose_coordinates
+from symgen.natural.layout import NaturalCoordinates
+from symgen.plans.choose import PlanChoice, choose
+from symgen.program.instructions import Program
+from symgen.scene.model import Output, Scene
+from symgen.scene.outputs import DEFAULT_OUTPUTS, check_row
+from symgen.topology.graph import cycles
+from symgen.topology.tree import Tree, build_tree
+from symgen.velocity.values import Values
+
+if TYPE_CHECKING:
+    import casadi
+
+
+@dataclass(frozen=True)
+class System:
+    """What `derive` makes of a scene. Functions are derived when asked for, and kept."""
+
+    scene: Scene
+    tree: Tree
+    natural: NaturalCoordinates
+    _chosen: dict[tuple[Output, bool], tuple[Program, tuple[PlanChoice, ...]]] = field(
+        default_factory=dict, repr=False, compare=False
+    )
+
+    @property
+    def path_matrix(self) -> NDArray[np.int64]:
+        """π (bodies × edges), paper §2."""
+        return self.tree.path_matrix
+
+    @property
+    def secondary_path_matrix(self) -> NDArray[np.int64]:
+        """π* (bodies × edges), paper §2."""
+        return self.tree.secondary_path_matrix
+
+    @property
+    def sizes(self) -> Sizes:
+        return sizes(self.scene, self.tree, self.natural)
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """The functions the scene asks for; the catalogue's default set where it asks for none."""
+        return self.scene.outputs or DEFAULT_OUTPUTS
+
+    def output(self, name: str) -> Output:
+        """The function of that name among `outputs`, or the catalogue row of that name.
+
+        Raises SceneError for what the catalogue does not have.
+        """
+        for output in self.outputs:
+            if output.name == name:
+                return output
+        check_row(name, tuple(self.tree.frames), self.scene.source or self.scene.name)
+        return Output(name, (name,))
+
+    def _choose(self, name: str, every: bool) -> tuple[Program, tuple[PlanChoice, ...]]:
+        self.require_tree()
+        key = (self.output(name), every)
+        if key not in self._chosen:
+            self._chosen[key] = choose(self.scene, self.tree, self.natural, key[0], every)
+        return self._chosen[key]
+
+    def require_tree(self) -> None:
+        """Raises NotSupportedError when the scene has closed loops."""
+        if self.tree.cut_joints:
+            cut = ", ".join(f"'{joint.name}'" for joint in self.tree.cut_joints)
+            loops = "; ".join("–".join(loop) for loop in cycles(self.scene))
+            raise NotSupportedError(
+                f"{self.scene.source or self.scene.name}: closed loops are not there yet: "
+                f"{loops} closes a loop (cut at {cut}); `symgen show` prints its graph"
+            )
+
+    def program(self, name: str) -> Program:
+        """The exact program of a function, by its cheapest plan."""
+        return self._choose(name, False)[0]
+
+    def plans(self, name: str, every: bool = True) -> tuple[PlanChoice, ...]:
+        """What was weighed for a function: plans, counts, which was taken, and why."""
+        return self._choose(name, every)[1]
+
+    def literal(self, numbers: Numbers, state: State) -> Literal:
+        """The literal definition of every row at a state, in any number type."""
+        return Literal(self.tree, self.natural, Values(self.scene, numbers, state.p), state)
+
+    def evaluate(self, name: str, numbers: Numbers, state: State) -> dict[str, Any]:
+        """A row's (or a combined function's) outputs by the literal definition: {output name: nested tuples}.
+
+        forward_dynamics has no literal expression and is solved for by LᵀDL with the literal M and bias.
+        """
+        self.require_tree()
+        output = self.output(name)
+        literal = self.literal(numbers, state)
+        values: list[Any] = []
+        for row in output.of:
+            row_name, frame = split_row(row)
+            definition = CATALOGUE[row_name].literal
+            values.extend(definition(literal, frame) if definition else (_solve(literal),))
+        return {port.name: value for port, value in zip(output_ports(output.of, self.sizes), values, strict=True)}
+
+    def sympy(self, name: str) -> Any:
+        """A row as readable SymPy: a Matrix, or an expression where the output is a scalar."""
+        from symgen.targets.sympy import sympy_matrix
+
+        self.require_tree()
+        return sympy_matrix(self, name)
+
+    def casadi(self, name: str) -> casadi.Function:
+        """A function as a casadi.Function with named inputs and outputs."""
+        from symgen.targets.casadi import casadi_function
+
+        return casadi_function(self.program(name))
+
+
+def _solve(literal: Literal) -> tuple[Any, ...]:
+    """M⁻¹(τ − h) by elimination without pivoting (M is positive definite)."""
+    m = [list(row) for row in literal.mass_matrix()]
+    b = [x - y for x, y in zip(literal.state.tau, literal.bias_force(), strict=True)]
+    n = len(b)
+    for k in range(n):
+        for i in range(k + 1, n):
+            ratio = m[i][k] / m[k][k]
+            m[i] = [x - ratio * y for x, y in zip(m[i], m[k], strict=True)]
+            b[i] = b[i] - ratio * b[k]
+    x: list[Any] = [0] * n
+    for k in reversed(range(n)):
+        rest = b[k]
+        for j in range(k + 1, n):
+            rest = rest - m[k][j] * x[j]
+        x[k] = rest / m[k][k]
+    return tuple(x)
+
+
+def derive(scene: Scene) -> System:
+    """Order the tree and choose natural coordinates. Functions follow when asked for."""
+    tree = build_tree(scene)
+    return System(scene, tree, choose_coordinates(tree))
