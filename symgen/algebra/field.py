@@ -119,8 +119,11 @@ class FieldNumbers:
             if root * root % p != x % p:
                 raise NotInField("not a square in GF(p)")
             return root
-        at_zero = {"cos_sqrt": 1, "sinc_sqrt": 1, "sinc3_sqrt": inverse(6, p)}
-        return at_zero[function] if x == 0 else self.random(function, x)
+        if x == 0:
+            return inverse(6, p) if function == "sinc3_sqrt" else 1
+        if function == "sinc3_sqrt":
+            return (1 - self.random("sinc_sqrt", x)) * inverse(x, p) % p
+        return self.random(function, x)
 
     def sqrt(self, x: Residue) -> Residue:
         return Residue(self.apply("sqrt", x.x), self.p)
