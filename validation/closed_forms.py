@@ -234,11 +234,14 @@ def top_rows(mechanism: Mechanism, functions: Bound, _seed: int) -> Iterator[Row
     i3 = float(axis @ body.inertia @ axis)
     i1 = 0.5 * (float(np.trace(body.inertia)) - i3)
     symmetric = i1 * np.eye(3) + (i3 - i1) * np.outer(axis, axis)
-    if norm(body.inertia - symmetric) > 1e-12 * i1 or i3 == 0.0:
+    if norm(body.inertia - symmetric) > 1e-12 * i1 or i3 <= 0.0:
         return
     weight, tilt = body.mass * norm_2(body.gravity) * length, 0.5
     precession = float(np.sqrt(weight / i1))
-    n = (weight / precession + i1 * precession * np.cos(tilt)) / i3
+    if i3 < 0.1 * i1:  # a pendulum rather than a top: let it circle as a cone, without spin
+        tilt = np.pi - 0.5
+        precession = float(np.sqrt(-weight / (i1 * np.cos(tilt))))
+    n = float(weight / precession + i1 * precession * np.cos(tilt)) / i3
     # Turn the body so that its axis leans by the tilt from the upward vertical.
     turn = align(axis, lean(up, tilt))
     direction = turn @ axis
@@ -249,10 +252,11 @@ def top_rows(mechanism: Mechanism, functions: Bound, _seed: int) -> Iterator[Row
     worst, spun = 0.0, 0.0
     for t, q, v in zip(motion.t, motion.q, motion.v, strict=True):
         worst = max(worst, norm(rotation_of(q) @ axis - rotation_about(up, precession * t) @ direction))
-        spun = max(spun, abs(float(v @ axis) - n) / abs(n))
+        spun = max(spun, abs(float(v @ axis) - n) / max(abs(n), precession))
+    name = "top" if tilt < 1.0 else "conical pendulum"
     note = f"Ω = {precession:.6g} rad/s, spin {n:.6g} rad/s, tilt {tilt:g} rad, one turn"
-    yield Row(GROUP, "top: the axis in steady precession", worst, MOTION, note, "Lagrange's top")
-    yield Row(GROUP, "top: momentum about its own axis", spun, MOTION, "same motion, relative", "Lagrange's top")
+    yield Row(GROUP, f"{name}: the axis in steady precession", worst, MOTION, note, "Lagrange's top")
+    yield Row(GROUP, f"{name}: momentum about its own axis", spun, MOTION, "same motion, relative", "Lagrange's top")
 
 
 def lean(up: Array, tilt: float) -> Array:
@@ -267,6 +271,19 @@ def align(start: Array, end: Array) -> Array:
         helper = np.cross(start, np.eye(3)[int(np.argmin(np.abs(start)))])
         return np.eye(3) if start @ end > 0 else rotation_about(helper / norm_2(helper), np.pi)
     return rotation_about(cross / norm_2(cross), float(np.arctan2(norm_2(cross), start @ end)))
+
+
+def angular_jacobian(functions: Bound, frame: str, local: Array, q: Array) -> Array:
+    """ω = J v of the body that carries a frame, from frame_pose differentiated along integrate."""
+    columns = []
+    for e in np.eye(len(q)):
+
+        def turned(t: float, e: Array = e) -> Array:
+            return functions(f"frame_pose_{frame}", functions("integrate", q, e, t))[:3, :3] @ local.T
+
+        w = derivative(turned) @ turned(0.0).T
+        columns.append([w[2, 1], w[0, 2], w[1, 0]])
+    return np.array(columns).T
 
 
 def cardan_rows(mechanism: Mechanism, functions: Bound, seed: int) -> Iterator[Row]:
@@ -289,12 +306,7 @@ def cardan_rows(mechanism: Mechanism, functions: Bound, seed: int) -> Iterator[R
         arm = poses[0].rotation @ outer @ cross.axis
         if abs(first @ second) < 0.2:
             continue  # nearly at right angles a Cardan joint locks
-
-        def turned(t: float, e: Array, q: Array = q) -> Array:
-            return functions(f"frame_pose_{frame}", functions("integrate", q, e, t))[:3, :3] @ local.T
-
-        rates = [derivative(lambda t, e=e: turned(t, e)) @ turned(0.0, e).T for e in np.eye(3)]
-        J = np.array([[w[2, 1], w[0, 2], w[1, 0]] for w in rates]).T
+        J = angular_jacobian(functions, frame, local, q)
         # The cross moves so that the second shaft turns about its own direction only.
         keep = np.eye(3) - np.outer(second, second)
         relative = np.linalg.lstsq(keep @ J[:, 1:], -keep @ J[:, 0], rcond=None)[0]
