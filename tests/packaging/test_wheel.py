@@ -64,7 +64,8 @@ def tracked() -> list[str]:
 
 
 def test_wheel_holds_every_file_once(dist: Path) -> None:
-    names = zipfile.ZipFile(next(dist.glob("*.whl"))).namelist()
+    with zipfile.ZipFile(next(dist.glob("*.whl"))) as wheel:
+        names = wheel.namelist()
     assert len(names) == len(set(names))
     assert set(tracked()) <= set(names)
     top = {name.split("/")[0] for name in names}
@@ -73,7 +74,8 @@ def test_wheel_holds_every_file_once(dist: Path) -> None:
 
 
 def test_sdist_holds_what_a_packager_needs(dist: Path) -> None:
-    names = {name.partition("/")[2] for name in tarfile.open(next(dist.glob("*.tar.gz"))).getnames()}
+    with tarfile.open(next(dist.glob("*.tar.gz"))) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
     assert {"pyproject.toml", "Makefile", "LICENSE", "LICENSE-0BSD", "README.md", "requirements/lock.txt"} <= names
     assert set(tracked()) <= names
 
