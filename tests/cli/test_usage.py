@@ -134,8 +134,8 @@ def test_a_closed_pipe_is_not_an_error(scene: Path) -> None:
     assert process.returncode == 141
 
 
-def test_a_terminal_without_unicode_still_shows(scene: Path) -> None:
-    process = start("show", str(scene), PYTHONIOENCODING="ascii", PYTHONUTF8="0")
+def test_a_terminal_without_greek_still_shows(scene: Path) -> None:
+    process = start("show", str(scene), PYTHONIOENCODING="latin-1")
     out, error = process.communicate(timeout=60)
     assert process.returncode == 0, error
     assert "\\u03c0" in out
@@ -152,6 +152,6 @@ def test_version_and_help(capsys: pytest.CaptureFixture[str]) -> None:
 def test_help_does_not_load_the_algebra() -> None:
     code = (
         "import sys; from symgen import cli; cli.run(['--help']);"
-        "sys.exit(bool({'sympy', 'casadi', 'numpy'} & set(sys.modules)))"
+        "sys.exit(bool({'sympy', 'casadi'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode == 0
