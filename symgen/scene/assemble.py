@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from symgen.errors import SceneError
 from symgen.scene.canonical import with_hash
-from symgen.scene.checks import check_scene
+from symgen.scene.checks import check_scene, is_idle
 from symgen.scene.document import Document, Route, read_bytes
 from symgen.scene.exact import unit_vector
 from symgen.scene.lock import lock_joints
@@ -73,7 +73,11 @@ def urdf_scene(data: bytes, file: str) -> Scene:
 
 def finish(scene: Scene, places: _Places, mounts: Mounts, model: Model | None, data: dict[str, Any]) -> Scene:
     """Checks, outputs, parameters, notes and hash: what every way to a Scene ends with."""
-    notes = check_scene(scene, places, real_robot=model is not None)
+    notes = check_scene(scene, places, real_robot=model is not None, locked="lock" in data)
+    idle = [force for force in scene.forces if is_idle(force, scene)]
+    if idle:
+        notes.append(f"{len(idle)} of the forces left out: the joints they act on are locked")
+        scene = replace(scene, forces=tuple(force for force in scene.forces if force not in idle))
     outputs = tuple(_output(item) for item in data.get("outputs", []))
     check_outputs(outputs, frame_names(scene), [places.place(("outputs", i)) for i in range(len(outputs))])
     parameters = resolve_parameters(data.get("parameters", []), scene, places)
@@ -111,7 +115,7 @@ def _model(document: Document, folder: Path | None, mounts: Mounts) -> Model | N
     try:
         data = read_bytes(file)
     except SceneError as error:
-        raise SceneError(f"{error.place} {error.message}", document.place(("model",))) from None
+        raise SceneError(f"{error.place}: {error.message}", document.place(("model",))) from None
     return read_urdf(data, file.name, document.data.get("base", "fixed") == "floating", mounts)
 
 

@@ -6,7 +6,7 @@ is raised as one SceneError; what a user should merely know is returned as notes
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from fractions import Fraction
 from typing import Protocol
 
@@ -16,7 +16,7 @@ from symgen.errors import SceneError
 from symgen.scene.document import Route, clean
 from symgen.scene.exact import cross
 from symgen.scene.joints import JOINT_TYPES
-from symgen.scene.model import GROUND, Body, Frame, Joint, JointSpring, Scene, Spring
+from symgen.scene.model import GROUND, Body, Joint, JointSpring, Scene, Spring
 from symgen.scene.schema import did_you_mean
 
 MAX_NAME = 200
@@ -28,24 +28,30 @@ class Places(Protocol):
     def place(self, route: Route = ()) -> str: ...
 
 
-def check_scene(scene: Scene, places: Places, real_robot: bool = False) -> list[str]:
+def check_scene(scene: Scene, places: Places, real_robot: bool = False, locked: bool = False) -> list[str]:
     """Raise SceneError for the first mistake; return notes.
 
     ``real_robot``: the file is a model of a robot as they are published, so an inertia no rigid body can
-    have is noted, not refused, and bodies and joints have separate name spaces.
+    have is noted, not refused, and bodies and joints have separate name spaces. ``locked``: joints were
+    locked, so a force that can do nothing is no mistake.
     """
+    if scene.name.lower() == "main":
+        raise SceneError("a scene cannot be called 'main': that is the example program", places.place(("name",)))
     _check_names(scene, places, separate=real_robot)
+    known = frozenset((GROUND, *(body.name for body in scene.bodies)))
     notes = [note for i, body in enumerate(scene.bodies) for note in _check_body(body, i, places, real_robot)]
     for i, joint in enumerate(scene.joints):
-        _check_joint(joint, i, scene, places)
+        _check_joint(joint, i, known, places)
     check_tree(scene, places)
-    for i, force in enumerate(scene.forces):
-        _check_force(force, i, scene, places)
-    for i, frame in enumerate(scene.frames):
-        _check_frame(frame, i, scene, places)
     if not any(JOINT_TYPES[joint.type].nq for joint in scene.joints):
         raise SceneError("no joint can move (every one is fixed): nothing to derive", places.place(("joints",)))
-    return notes
+    for i, force in enumerate(scene.forces):
+        _check_force(force, i, known, scene, places)
+        if not locked and is_idle(force, scene):
+            raise SceneError("can do nothing: what it acts on cannot move", places.place(("forces", i)))
+    for i, frame in enumerate(scene.frames):
+        _check_reference(frame.body, known, places.place(("frames", i, "body")))
+    return notes + massless_ends(scene)
 
 
 def _check_names(scene: Scene, places: Places, separate: bool) -> None:
@@ -135,14 +141,14 @@ def _moments(inertia: Sequence[Sequence[Fraction]]) -> str:
 # -- joints --------------------------------------------------------------------------------------------------------
 
 
-def _check_joint(joint: Joint, i: int, scene: Scene, places: Places) -> None:
+def _check_joint(joint: Joint, i: int, known: Set[str], places: Places) -> None:
     label = f"joint {clean(joint.name)!r}"
 
     def fail(field: str, message: str) -> SceneError:
         return SceneError(f"{label} {message}", places.place(("joints", i, field)))
 
     for field, body in (("parent", joint.parent), ("child", joint.child)):
-        _check_reference(body, scene, places.place(("joints", i, field)), f"{label}: ")
+        _check_reference(body, known, places.place(("joints", i, field)), f"{label}: ")
     if joint.child == GROUND:
         raise fail("child", "has 'ground' as its child; swap parent and child")
     if joint.parent == joint.child:
@@ -158,11 +164,9 @@ def _check_joint(joint: Joint, i: int, scene: Scene, places: Places) -> None:
             raise fail(field, f"has the negative {field} {float(value):.12g}")
 
 
-def _check_reference(body: str, scene: Scene, place: str, owner: str = "") -> None:
-    names = [b.name for b in scene.bodies]
-    if body != GROUND and body not in names:
-        hint = did_you_mean(body, [GROUND, *names])
-        raise SceneError(f"{owner}there is no body {clean(body)!r}{hint}", place)
+def _check_reference(body: str, known: Set[str], place: str, owner: str = "") -> None:
+    if body not in known:
+        raise SceneError(f"{owner}there is no body {clean(body)!r}{did_you_mean(body, sorted(known))}", place)
 
 
 # -- graph ---------------------------------------------------------------------------------------------------------
@@ -214,15 +218,36 @@ def fixed_to_ground(scene: Scene) -> set[str]:
     return _reach(scene, [joint for joint in scene.joints if joint.type == "fixed"])
 
 
+def massless_ends(scene: Scene) -> list[str]:
+    """A note for every joint that moves nothing with mass: its row of the mass matrix is zero."""
+    entering: dict[str, list[str]] = {}
+    for joint in scene.joints:
+        entering.setdefault(joint.child, []).append(joint.parent)
+        if joint.type == "fixed":
+            entering.setdefault(joint.parent, []).append(joint.child)
+    heavy = {body.name for body in scene.bodies if body.mass}
+    stack = list(heavy)
+    while stack:
+        for parent in entering.get(stack.pop(), ()):
+            if parent not in heavy:
+                heavy.add(parent)
+                stack.append(parent)
+    return [
+        f"joint {clean(joint.name)!r} moves nothing that has mass: the mass matrix is singular and forward_dynamics NaN"
+        for joint in scene.joints
+        if joint.type != "fixed" and not joint.armature and joint.child not in heavy
+    ]
+
+
 # -- forces and frames ---------------------------------------------------------------------------------------------
 
 
-def _check_force(force: Spring | JointSpring, i: int, scene: Scene, places: Places) -> None:
+def _check_force(force: Spring | JointSpring, i: int, known: Set[str], scene: Scene, places: Places) -> None:
     for field, value in (("stiffness", force.stiffness), ("damping", force.damping)):
         if value < 0:
             raise SceneError(f"is {float(value):.12g}; it cannot be negative", places.place(("forces", i, field)))
     if isinstance(force, Spring):
-        _check_spring(force, i, scene, places)
+        _check_spring(force, i, known, scene, places)
         return
     place = places.place(("forces", i, "joint"))
     joints = {joint.name: joint for joint in scene.joints}
@@ -231,22 +256,21 @@ def _check_force(force: Spring | JointSpring, i: int, scene: Scene, places: Plac
     kind = joints[force.joint].type
     if kind in ("spherical", "floating"):
         raise SceneError(f"a {kind} joint has no coordinate for a joint spring; use a spring between points", place)
-    if kind == "fixed":
-        raise SceneError(f"joint {clean(force.joint)!r} is fixed; a joint spring on it does nothing", place)
 
 
-def _check_spring(force: Spring, i: int, scene: Scene, places: Places) -> None:
+def is_idle(force: Spring | JointSpring, scene: Scene) -> bool:
+    """A spring on a fixed joint, or between two things that cannot move."""
+    if isinstance(force, JointSpring):
+        return scene.joint(force.joint).type == "fixed"
+    return set(force.between) <= fixed_to_ground(scene)
+
+
+def _check_spring(force: Spring, i: int, known: Set[str], scene: Scene, places: Places) -> None:
     for k, body in enumerate(force.between):
-        _check_reference(body, scene, places.place(("forces", i, "between", k)))
+        _check_reference(body, known, places.place(("forces", i, "between", k)))
     if force.between[0] == force.between[1]:
         raise SceneError(
             f"the spring connects {clean(force.between[0])!r} to itself", places.place(("forces", i, "between"))
         )
-    if set(force.between) <= fixed_to_ground(scene):
-        raise SceneError("neither end of the spring can move", places.place(("forces", i, "between")))
     if force.length < 0:
         raise SceneError("the length of a spring cannot be negative", places.place(("forces", i, "length")))
-
-
-def _check_frame(frame: Frame, i: int, scene: Scene, places: Places) -> None:
-    _check_reference(frame.body, scene, places.place(("frames", i, "body")))

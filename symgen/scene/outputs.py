@@ -56,6 +56,13 @@ AVAILABLE = frozenset({
 })  # fmt: skip
 """Rows that can be made now."""
 
+_READS = {"inverse_dynamics": "a", "inverse_dynamics_derivatives": "a", "regressor": "a", "forward_dynamics": "tau",
+          "forward_dynamics_derivatives": "tau", "constrained_forward_dynamics": "tau"}  # fmt: skip
+_GIVES = {"inverse_dynamics": "tau", "forward_dynamics": "a", "constrained_forward_dynamics": "a"}
+"""Names that are an argument of one row and the result of another: such rows cannot be one function."""
+
+_SUFFIXES = ("_batch", "_batch_p", "_f32")
+
 DEFAULT_OUTPUTS: tuple[Output, ...] = tuple(
     Output(name, (name,)) for name in CATALOGUE if name in AVAILABLE and name not in OF_A_FRAME
 )
@@ -100,10 +107,25 @@ def check_outputs(outputs: Sequence[Output], frames: Sequence[str], places: Sequ
             raise SceneError(f"the output {clean(output.name)!r} is asked for twice", place)
         if name in CATALOGUE and output.of != (name,):
             raise SceneError(f"{name!r} is the name of a catalogue function; give the combined one another", place)
-        if len(set(output.of)) < len(output.of):
-            twice = next(row for row in output.of if output.of.count(row) > 1)
-            raise SceneError(f"{clean(twice)!r} is listed twice in {clean(output.name)!r}", place)
+        _check_together(output, place)
         seen[name] = output.name
+
+
+def _check_together(output: Output, place: str) -> None:
+    """The rows of one function: none twice, none whose result has the name of another's argument."""
+    if len(set(output.of)) < len(output.of):
+        twice = next(row for row in output.of if output.of.count(row) > 1)
+        raise SceneError(f"{clean(twice)!r} is listed twice in {clean(output.name)!r}", place)
+    if output.of != (output.name,) and output.name.endswith(_SUFFIXES):
+        raise SceneError(f"{clean(output.name)!r} ends like a form of another function ({', '.join(_SUFFIXES)})", place)
+    for row in output.of:
+        clash = next((other for other in output.of if _READS.get(other, "") == _GIVES.get(row)), None)
+        if clash is not None:
+            raise SceneError(
+                f"{row} and {clash} cannot share a function: {_GIVES[row]!r} is a result of one and an argument of the "
+                "other",
+                place,
+            )
 
 
 def parse_outputs(text: str) -> tuple[Output, ...]:

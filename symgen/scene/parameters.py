@@ -36,12 +36,12 @@ def resolve_parameters(names: Sequence[str], scene: Scene, places: Places) -> tu
 def available_parameters(scene: Scene) -> dict[str, Values]:
     """Every name that may be listed under ``parameters``, with its default values and unit."""
     still = fixed_to_ground(scene)
-    known: dict[str, Values] = {"gravity": (scene.gravity, "m/s²")}
+    known: dict[str, Values] = {"gravity": (scene.gravity, "m/s^2")}
     for body in scene.bodies:
         if body.name not in still:
             known[f"{body.name}.mass"] = ((body.mass,), "kg")
             known[f"{body.name}.com"] = (body.com, "m")
-            known[f"{body.name}.inertia"] = (body.inertia, "kg·m²")
+            known[f"{body.name}.inertia"] = (body.inertia, "kg.m^2")
     for joint in scene.joints:
         if joint.type != "fixed":
             damping, armature, _ = joint_units(joint.type)
@@ -52,7 +52,7 @@ def available_parameters(scene: Scene) -> dict[str, Values]:
             continue
         if isinstance(force, Spring):
             known[f"{force.name}.stiffness"] = ((force.stiffness,), "N/m")
-            known[f"{force.name}.damping"] = ((force.damping,), "N·s/m")
+            known[f"{force.name}.damping"] = ((force.damping,), "N.s/m")
             known[f"{force.name}.length"] = ((force.length,), "m")
         else:
             kind = scene.joint(force.joint).type
@@ -65,7 +65,7 @@ def available_parameters(scene: Scene) -> dict[str, Values]:
 def joint_units(kind: str) -> tuple[str, str, str]:
     """Units of damping, armature and stiffness of a joint type; ``a or b`` where its coordinates differ."""
     units = JOINT_TYPES[kind].v_units
-    angular = {"m/s": ("N·s/m", "kg", "N/m"), "rad/s": ("N·m·s/rad", "kg·m²", "N·m/rad")}
+    angular = {"m/s": ("N.s/m", "kg", "N/m"), "rad/s": ("N.m.s/rad", "kg.m^2", "N.m/rad")}
     damping, armature, stiffness = (_either(tuple(angular[unit][k] for unit in units)) for k in range(3))
     return damping, armature, stiffness
 

@@ -21,6 +21,7 @@ from jsonschema.protocols import Validator
 
 from symgen.errors import SceneError
 from symgen.scene.document import Document, Route, clean
+from symgen.scene.exact import decimal
 
 SUPERSEDED = {
     "friction": "friction is not modelled; use damping (viscous), or remove it",
@@ -34,10 +35,11 @@ SUPERSEDED = {
 def did_you_mean(word: str, choices: Iterable[str]) -> str:
     """`` (did you mean 'mass'?)``, or the choices when they are few, or nothing."""
     known = list(choices)
-    close = get_close_matches(word.lower(), [k.lower() for k in known], n=1, cutoff=0.6)
+    lower = {k.lower(): k for k in reversed(known)}
+    close = get_close_matches(word.lower(), lower, n=1, cutoff=0.6)
+    close = close or [k for k in sorted(lower) if len(word) >= 3 and word.lower() in k]
     if close:
-        match = next(k for k in known if k.lower() == close[0])
-        return f"; did you mean {match!r}?"
+        return f"; did you mean {clean(lower[close[0]])!r}?"
     return f"; known: {', '.join(known)}" if 0 < len(known) <= 20 else ""
 
 
@@ -114,7 +116,9 @@ def _message(found: _Finding, route: Route, data: Any) -> str:
         case "enum":
             return f"{_say(value)} is not known{did_you_mean(value if isinstance(value, str) else '', rule)}"
         case "pattern":
-            return f"{_say(value)} is no identifier; a name is made of letters, digits and _, and starts with no digit"
+            return (
+                f"{clean(value)!r} is no identifier; a name is made of letters, digits and _, and starts with no digit"
+            )
         case "minLength":
             return "is empty"
         case "maxLength":
@@ -151,7 +155,7 @@ def _count(found: _Finding, value: Sequence[Any], route: Route) -> str:
 
 
 def _forbidden(route: Route, data: Any) -> str:
-    """A ``false`` schema: the key is known, but not here."""
+    """Schema ``not: {}``, which nothing passes: the key is known, but not here."""
     key = str(route[-1])
     if key in SUPERSEDED:
         return SUPERSEDED[key]
@@ -183,8 +187,18 @@ def _say(value: Any) -> str:
         plain = value.strip(" +-.").lower()
         if plain in ("nan", "inf", "infinity"):
             return f"{clean(value)!r} (numbers must be finite)"
-        return f"the text {clean(value)!r}" + (" (remove the quotes?)" if plain[:1].isdigit() else "")
-    return "a list" if isinstance(value, list) else "a mapping"
+        return f"the text {clean(value)!r}" + (_like_number(value) if plain[:1].isdigit() else "")
+    if isinstance(value, dict):
+        return "a mapping"
+    return "a list" if isinstance(value, list) else clean(repr(value))
+
+
+def _like_number(text: str) -> str:
+    try:
+        decimal(text)
+    except ValueError:
+        return " (not a decimal number)"
+    return " (remove the quotes?)"
 
 
 def _number(value: Any) -> str:
