@@ -49,7 +49,7 @@ def number(value: Fraction) -> str:
     short = f"{float(value):.6g}"
     if Fraction(short) == value:
         return short
-    return str(value) if value.denominator < 100 else f"≈{short}"
+    return str(value) if max(abs(value.numerator), value.denominator) < 100 else f"≈{short}"
 
 
 def vector(values: Iterable[Fraction]) -> str:
@@ -182,7 +182,7 @@ def as_text(scene: Scene) -> str:
     system, refusal = _derived(scene)
     tree, natural = system.tree, system.natural
     sizes = (
-        f"{len(tree.bodies)} moving bodies, nq = {tree.nq}, nv = {tree.nv}, "
+        f"{len(tree.bodies)} moving bod{'y' if len(tree.bodies) == 1 else 'ies'}, nq = {tree.nq}, nv = {tree.nv}, "
         f"nn = {natural.nn} natural coordinates{' (planar)' if natural.plane else ''}, nc = {natural.nc} constraints"
     )
     notes = [*scene.notes, *([refusal] if refusal else [])]
