@@ -1,0 +1,216 @@
+"""Exact certificates: what was emitted is, as an identity, the literal definition (verification, §1).
+
+At random points of GF(p), for p = 2⁶¹ − 1 and a second random prime, the emitted text (C read back, CasADi
+instructions read back) is evaluated and compared with the literal form run in the same field. The points are drawn
+from a hash of the emitted text, so the same input gives the same certificate, and no text can be made to suit its
+points.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import random
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from symgen.algebra.field import MERSENNE_61, FieldNumbers, NotInField, Residue, random_prime
+from symgen.algebra.linear import dot
+from symgen.algebra.numbers import State
+from symgen.catalogue import CATALOGUE, output_ports, split_row
+from symgen.errors import CertificateError
+from symgen.literal.equations import Literal
+from symgen.plans.build import flatten
+from symgen.program.instructions import Program
+from symgen.scene.model import Output
+from symgen.system import System
+
+Inputs = Mapping[str, Sequence[int]]
+Outputs = Mapping[str, Sequence[int]]
+ATTEMPTS = 200
+"""Points that are drawn before giving up on one where every division and root exists."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Something emitted: where it stands, and how it is evaluated in GF(p)."""
+
+    what: str
+    evaluate: Callable[[FieldNumbers, Inputs], Outputs]
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """Stands in the manifest beside its function."""
+
+    method: str
+    checked_against: str
+    points: int
+    failure_probability: float
+
+    def to_json(self) -> dict[str, object]:
+        return {
+            "method": self.method,
+            "checked_against": self.checked_against,
+            "points": self.points,
+            "failure_probability": self.failure_probability,
+        }
+
+
+class _Outputs:
+    """Outputs of a candidate as elements of the field."""
+
+    def __init__(self, values: Outputs, p: int) -> None:
+        self.values = {name: [Residue(x, p) for x in row] for name, row in values.items()}
+
+    def rows(self, name: str, columns: int) -> list[list[Residue]]:
+        flat = self.values[name]
+        return [flat[i : i + columns] for i in range(0, len(flat), columns)]
+
+
+def _vector_check(times: str, port: str) -> Callable[[Literal, _Outputs, random.Random, int], Iterator[tuple[Any, Any]]]:
+    """A matrix against its literal product with a random vector: Rᵀ(M(R x))."""
+
+    def check(literal: Literal, outputs: _Outputs, rng: random.Random, p: int) -> Iterator[tuple[Any, Any]]:
+        nv = literal.tree.nv
+        x = [Residue(rng.randrange(p), p) for _ in range(nv)]
+        yield from zip(getattr(literal, times)(x), [dot(row, x) for row in outputs.rows(port, nv)], strict=True)
+
+    return check
+
+
+def _equation_of_motion(
+    literal: Literal, outputs: _Outputs, rng: random.Random, p: int
+) -> Iterator[tuple[Any, Any]]:
+    """M a + h = τ with the literal M and h: a is what forward dynamics is, whatever solved for it."""
+    a = outputs.values["a"]
+    for left, bias, tau in zip(literal.mass_matrix_times(a), literal.bias_force(), literal.state.tau, strict=True):
+        yield left + bias, tau
+
+
+CHECKS: dict[str, tuple[str, Callable[[Literal, _Outputs, random.Random, int], Iterator[tuple[Any, Any]]]]] = {
+    "mass_matrix": ("literal R^T(M(R x)), x random", _vector_check("mass_matrix_times", "M")),
+    "coriolis_matrix": ("literal R^T(M(dR/dt x)), x random", _vector_check("coriolis_times", "C")),
+    "forward_dynamics": ("equation of motion with literal R^T M R and bias", _equation_of_motion),
+}
+"""Rows that are not compared entry by entry."""
+
+
+def _pairs(
+    literal: Literal, output: Output, outputs: _Outputs, rng: random.Random, p: int
+) -> Iterator[tuple[str, Any, Any]]:
+    """(row, what the literal form says, what was emitted)."""
+    ports = iter(output_ports(output.of, _sizes(literal)))
+    for row in output.of:
+        name, frame = split_row(row)
+        mine = [next(ports) for _ in CATALOGUE[name].outputs]
+        if name in CHECKS:
+            for expected, found in CHECKS[name][1](literal, outputs, rng, p):
+                yield row, expected, found
+            continue
+        definition = CATALOGUE[name].literal
+        assert definition is not None
+        for port, value in zip(mine, definition(literal, frame), strict=True):
+            for expected, found in zip(flatten(value), outputs.values.get(port.name, []), strict=True):
+                yield row, expected, found
+
+
+def _sizes(literal: Literal) -> Any:
+    from symgen.catalogue import sizes
+
+    return sizes(literal.values.scene, literal.tree, literal.natural)
+
+
+def certify(system: System, output: Output, program: Program, candidates: Sequence[Candidate], text: str) -> Certificate:
+    """Certify every candidate for a function; ``text`` is what the random points are drawn from.
+
+    Raises CertificateError naming the function, the candidate and the catalogue row that differs.
+    """
+    digest = hashlib.sha256(f"{system.scene.sha256}:{output.name}:{text}".encode()).digest()
+    seed = int.from_bytes(digest, "big")
+    primes = (MERSENNE_61, random_prime(seed))
+    for p in primes:
+        _check_at_a_point(system, output, program, candidates, p, seed)
+    degree, assumption = _degree(program, system)
+    probability = 1.0
+    for p in primes:
+        probability *= min(1.0, degree / p)
+    held = ", ".join(candidate.what for candidate in candidates)
+    method = f"identity in GF(p), p = 2^61 - 1 and a random 61-bit prime, of what was emitted ({held})"
+    against = "; ".join(dict.fromkeys(CHECKS.get(split_row(row)[0], (f"literal {split_row(row)[0]}", None))[0] for row in output.of))
+    return Certificate(method + assumption, against, len(primes), float(f"{probability:.1e}"))
+
+
+def _check_at_a_point(
+    system: System, output: Output, program: Program, candidates: Sequence[Candidate], p: int, seed: int
+) -> None:
+    for attempt in range(ATTEMPTS):
+        rng = random.Random(f"{seed}:{p}:{attempt}")
+        numbers = FieldNumbers(p, rng.getrandbits(64))
+        inputs = {port.name: [rng.randrange(1, p) for _ in range(port.size)] for port in program.inputs}
+        try:
+            results = [(candidate, candidate.evaluate(numbers, inputs)) for candidate in candidates]
+            literal = system.literal(numbers, _state(inputs, p))
+            for candidate, values in results:
+                _compare(literal, output, candidate, values, random.Random(seed), p)
+        except NotInField:
+            continue
+        return
+    raise CertificateError(f"{output.name}: found no point of GF(p) where all divisions and roots exist")
+
+
+def _compare(
+    literal: Literal, output: Output, candidate: Candidate, values: Outputs, rng: random.Random, p: int
+) -> None:
+    for row, expected, found in _pairs(literal, output, _Outputs(values, p), rng, p):
+        if not found == expected:
+            raise CertificateError(
+                f"{output.name}: the emitted {candidate.what} is not {row} as defined (they differ in GF({p}))"
+            )
+
+
+def _state(inputs: Inputs, p: int) -> State:
+    fields: dict[str, Any] = {name: tuple(Residue(x, p) for x in values) for name, values in inputs.items()}
+    if "dt" in fields:
+        fields["dt"] = fields["dt"][0]
+    return State(**fields)
+
+
+_LARGE = 1 << 52
+
+
+def _degree(program: Program, system: System) -> tuple[int, str]:
+    """A bound of the degree of (emitted − literal), cleared of denominators, in the coordinates of the random points.
+
+    A joint's (cos, sin) or quaternion entries count 4. Quotients multiply formal degrees; where that bound outgrows
+    the field, quotients are counted as one residue each, and the method says so.
+    """
+    literal = 16 * system.tree.nv + 64
+    for formal, assumption in ((True, ""), (False, "; quotients counted as random residues")):
+        bound = _formal_degree(program, formal)
+        if bound < _LARGE:
+            break
+    return max(bound, literal) + literal, assumption
+
+
+def _formal_degree(program: Program, formal: bool) -> int:
+    pairs: list[tuple[int, int]] = []
+    for instruction in program.instructions:
+        args = [pairs[i] for i in instruction.args]
+        if instruction.op == "const":
+            pair = (0, 0)
+        elif instruction.op == "input":
+            pair = (1, 0)
+        elif instruction.op in ("add", "sub"):
+            (a, b), (c, d) = args
+            pair = (max(a + d, c + b), b + d) if instruction.args[0] != instruction.args[1] else args[0]
+        elif instruction.op == "mul":
+            pair = (args[0][0] + args[1][0], args[0][1] + args[1][1])
+        elif instruction.op == "div":
+            pair = (args[0][0] + args[1][1], args[0][1] + args[1][0]) if formal else (args[0][0] + 1, args[0][1])
+        elif instruction.op == "neg":
+            pair = args[0]
+        else:
+            pair = (4, 0)
+        pairs.append((min(pair[0], 1 << 80), min(pair[1], 1 << 80)))
+    return max((pairs[i][0] + pairs[i][1] for row in program.results for i in row), default=0)
