@@ -52,7 +52,7 @@ def rotate_second(turn: Mat, second: Six) -> Six:
 
         def entry(i: int, j: int) -> Scalar:
             (a, sa), (b, sb) = source[i], source[j]
-            return mul(sa * sb, full[a][b]) if sa * sb == 1 else sub(0, full[a][b])
+            return mul(mul(sa, sb), full[a][b])
 
     else:
         product = matmul(turn, full)
