@@ -75,7 +75,8 @@ def test_spellings(text: str, value: Fraction) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", ".", "e5", "1e", "1_000", "0x10", "nan", "inf", "1e401", "1e-301", "1e301", "1" * 401, "1 2", "١", "--1"]
+    "text",
+    ["", ".", "e5", "1e", "1_000", "0x10", "nan", "inf", "1e401", "1e-301", "1e301", "1" * 401, "1 2", "١", "--1"],
 )
 def test_what_is_no_number_is_refused(text: str) -> None:
     with pytest.raises(ValueError, match=r"\S"):
@@ -162,12 +163,17 @@ def test_all_24_are_reached() -> None:
         m
         for order in permutations(range(3))
         for signs in product((1, -1), repeat=3)
-        if determinant(m := tuple(tuple(Fraction(s * (j == k)) for j in range(3)) for s, k in zip(signs, order, strict=True))) == 1  # type: ignore[arg-type]  # noqa: E501
+        if determinant(
+            m := tuple(tuple(Fraction(s * (j == k)) for j in range(3)) for s, k in zip(signs, order, strict=True))
+        )
+        == 1  # type: ignore[arg-type]
     ]
     assert reached == set(proper)
 
 
-@pytest.mark.parametrize(("angle", "near"), [("1.57", True), ("1.5708", True), ("3.14", True), ("1.5", False), ("0.001", False)])
+@pytest.mark.parametrize(
+    ("angle", "near"), [("1.57", True), ("1.5708", True), ("3.14", True), ("1.5", False), ("0.001", False)]
+)
 def test_near_misses_are_told_and_not_snapped(angle: str, near: bool) -> None:
     rotation = rotation_from_rpy((Fraction(angle), Fraction(0), Fraction(0)))
     assert rotation.snapped is None

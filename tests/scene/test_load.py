@@ -192,7 +192,12 @@ def test_the_hash_is_of_the_meaning(tmp_path: Path, scene: Scene) -> None:
         "axis: [0, 0, 2]", "axis: [0, 0, 1]"
     )
     assert load(write(tmp_path, "# a comment\n" + same, "other.scene.yaml")).sha256 == scene.sha256
-    for old, new in (("1.20", "1.21"), ("damping: 0.1,", "damping: 0.2,"), ("all_of_it", "other"), ("k.armature, ", "")):
+    for old, new in (
+        ("1.20", "1.21"),
+        ("damping: 0.1,", "damping: 0.2,"),
+        ("all_of_it", "other"),
+        ("k.armature, ", ""),
+    ):
         assert load(write(tmp_path, TEXT.replace(old, new, 1))).sha256 != scene.sha256
 
 
