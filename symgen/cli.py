@@ -108,10 +108,10 @@ def cli() -> None:
 @click.option("--format", "style", type=click.Choice(["text", "latex"]), default="text", show_default=True)
 @click.option(
     "--symbols",
-    type=click.Choice(["names", "paper"]),
-    default="names",
+    type=click.Choice(["joint", "paper"]),
+    default="joint",
     show_default=True,
-    help="Write joint axes and offsets out, or as the paper's u and d.",
+    help="Write R and its rate in joint coordinates, or in blocks of the paper's d and u.",
 )
 @outputs_option
 @json_option
@@ -133,11 +133,11 @@ def show(
     loaded = requested(scene, outputs, None, None)
     if equations is not None:
         names = tuple(part.strip() for part in equations.split(",") if part.strip())
-        printed = view.equations(loaded, names, style, symbols == "paper")
+        printed = view.equations(loaded, names, symbols, style)
         if as_json:
-            emit_json({"name": loaded.name, "format": style, "equations": dict(printed)})
+            emit_json({"name": loaded.name, "format": style, "symbols": symbols, "equations": printed})
         else:
-            click.echo("\n\n".join(f"{view.equation_heading(name, style)}\n{text}" for name, text in printed))
+            click.echo("\n\n".join(printed.values()))
     elif as_json:
         emit_json(view.as_json(loaded))
     else:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from symgen.catalogue import CATALOGUE
 from symgen.errors import NotSupportedError
 from symgen.scene.joints import JOINT_TYPES
 from symgen.scene.model import GROUND, Joint, Scene
@@ -235,6 +236,28 @@ def as_json(scene: Scene) -> dict[str, Any]:
         "notes": list(scene.notes),
         "not_supported": refusal or None,
     }
+
+
+EQUATIONS = ("natural_coordinates", "velocity_transformation", "mass_matrix", "bias_force")
+"""What ``--equations`` prints when no name is given; with the paper's symbols, R and its rate."""
+PAPER_EQUATIONS = ("velocity_transformation", "velocity_transformation_rate")
+
+
+def equation_row(name: str) -> str:
+    """A catalogue row by its own name or by that of its output: ``R``, ``Rdot``, ``M``, ``Psi``, …"""
+    by_output = {output: row for row, facts in CATALOGUE.items() for output, _, _ in facts.outputs}
+    return by_output.get(name, name)
+
+
+def equations(scene: Scene, names: Sequence[str], symbols: str, style: str) -> dict[str, str]:
+    """Row → its equation as text or LaTeX, derived with SymPy. No names: the ones people ask for first."""
+    from symgen.targets.sympy import equations as written
+
+    system, refusal = _derived(scene)
+    if refusal:
+        raise NotSupportedError(refusal)
+    wanted = [equation_row(name) for name in names] or (PAPER_EQUATIONS if symbols == "paper" else EQUATIONS)
+    return {row: written(system, (row,), symbols=symbols, format=style) for row in wanted}
 
 
 def manifest_text(manifest: Mapping[str, Any], directory: str) -> str:

@@ -47,7 +47,7 @@ def run(path: Path, out: Path) -> tuple[str, bool]:
     scene = load(path)
     artifact = generate(scene, out)
     result = validate(scene)
-    write_report(out.with_suffix(".html"), scene, result)
+    write_report(out / "report.html", scene, result, artifact)
     functions = len(artifact.manifest["functions"])
     worst = "all within bounds" if result.passed else "OUT OF BOUNDS"
     return f"{functions} functions certified, {len(result.rows)} checks {worst}", result.passed
