@@ -1,0 +1,44 @@
+"""Functions of the catalogue as CasADi evaluates them: the derivation without a C compiler."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from symgen.errors import SymgenError
+from symgen.scene.model import Scene
+from symgen.system import derive
+from symgen.validation import wanted_outputs
+
+Call = Callable[..., Any]
+
+
+class DerivedFunctions:
+    """One attribute per function, on (n,) or (N, n) arrays; what the scene cannot have is missing."""
+
+    def __init__(self, scene: Scene) -> None:
+        system = derive(scene)
+        for output in wanted_outputs(scene):
+            try:
+                function = system.casadi(output.name)
+            except SymgenError:
+                continue
+            shape = system.program(output.name).outputs[0].shape
+            setattr(self, output.name.replace(":", "_"), self._wrap(function, shape))
+
+    @staticmethod
+    def _wrap(function: Any, shape: tuple[int, ...]) -> Call:
+        names = [function.name_in(k) for k in range(function.n_in())]
+
+        def one(*arguments: Any) -> Any:
+            return function.call(list(arguments))[0].full().reshape(shape)
+
+        def call(*arguments: Any, p: Any = None) -> Any:
+            tail = () if "p" not in names else (p,)
+            if not arguments or np.ndim(arguments[0]) == 1:
+                return one(*arguments, *tail)
+            return np.array([one(*rows, *tail) for rows in zip(*arguments, strict=True)])
+
+        return call
