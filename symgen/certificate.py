@@ -11,13 +11,14 @@ from __future__ import annotations
 import hashlib
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 from symgen.algebra.field import MERSENNE_61, FieldNumbers, NotInField, Residue, random_prime
 from symgen.algebra.linear import dot
 from symgen.algebra.numbers import State
-from symgen.catalogue import CATALOGUE, output_ports, split_row
+from symgen.catalogue import CATALOGUE, output_ports, sizes, split_row
 from symgen.errors import CertificateError
 from symgen.literal.equations import Literal
 from symgen.plans.build import flatten
@@ -100,7 +101,8 @@ def _pairs(
     literal: Literal, output: Output, outputs: _Outputs, rng: random.Random, p: int
 ) -> Iterator[tuple[str, Any, Any]]:
     """(row, what the literal form says, what was emitted)."""
-    ports = iter(output_ports(output.of, _sizes(literal)))
+    size = sizes(literal.values.scene, literal.tree, literal.natural)
+    ports = iter(output_ports(output.of, size))
     for row in output.of:
         name, frame = split_row(row)
         mine = [next(ports) for _ in CATALOGUE[name].outputs]
@@ -115,48 +117,65 @@ def _pairs(
                 yield row, expected, found
 
 
-def _sizes(literal: Literal) -> Any:
-    from symgen.catalogue import sizes
+@dataclass(frozen=True)
+class Certifier:
+    """Certifies the functions of one system at points that all of them share, so that the literal kinematics is
+    evaluated once a point. ``text`` is everything emitted: what the points are drawn from."""
 
-    return sizes(literal.values.scene, literal.tree, literal.natural)
+    system: System
+    text: str
+    _literals: dict[tuple[int, int], Literal] = field(default_factory=dict, compare=False, repr=False)
 
+    @cached_property
+    def seed(self) -> int:
+        digest = hashlib.sha256(f"{self.system.scene.sha256}:{self.text}".encode()).digest()
+        return int.from_bytes(digest, "big")
 
-def certify(system: System, output: Output, program: Program, candidates: Sequence[Candidate], text: str) -> Certificate:
-    """Certify every candidate for a function; ``text`` is what the random points are drawn from.
+    @cached_property
+    def primes(self) -> tuple[int, int]:
+        return MERSENNE_61, random_prime(self.seed)
 
-    Raises CertificateError naming the function, the candidate and the catalogue row that differs.
-    """
-    digest = hashlib.sha256(f"{system.scene.sha256}:{output.name}:{text}".encode()).digest()
-    seed = int.from_bytes(digest, "big")
-    primes = (MERSENNE_61, random_prime(seed))
-    for p in primes:
-        _check_at_a_point(system, output, program, candidates, p, seed)
-    degree, assumption = _degree(program, system)
-    probability = 1.0
-    for p in primes:
-        probability *= min(1.0, degree / p)
-    held = ", ".join(candidate.what for candidate in candidates)
-    method = f"identity in GF(p), p = 2^61 - 1 and a random 61-bit prime, of what was emitted ({held})"
-    against = "; ".join(dict.fromkeys(CHECKS.get(split_row(row)[0], (f"literal {split_row(row)[0]}", None))[0] for row in output.of))
-    return Certificate(method + assumption, against, len(primes), float(f"{probability:.1e}"))
-
-
-def _check_at_a_point(
-    system: System, output: Output, program: Program, candidates: Sequence[Candidate], p: int, seed: int
-) -> None:
-    for attempt in range(ATTEMPTS):
-        rng = random.Random(f"{seed}:{p}:{attempt}")
+    def _point(self, p: int, attempt: int) -> tuple[FieldNumbers, dict[str, list[int]], Literal]:
+        rng = random.Random(f"{self.seed}:{p}:{attempt}")
         numbers = FieldNumbers(p, rng.getrandbits(64))
-        inputs = {port.name: [rng.randrange(1, p) for _ in range(port.size)] for port in program.inputs}
-        try:
-            results = [(candidate, candidate.evaluate(numbers, inputs)) for candidate in candidates]
-            literal = system.literal(numbers, _state(inputs, p))
-            for candidate, values in results:
-                _compare(literal, output, candidate, values, random.Random(seed), p)
-        except NotInField:
-            continue
-        return
-    raise CertificateError(f"{output.name}: found no point of GF(p) where all divisions and roots exist")
+        size = self.system.sizes
+        lengths = {"q": size.nq, "v": size.nv, "a": size.nv, "tau": size.nv, "dt": 1, "p": size.np}
+        inputs = {name: [rng.randrange(1, p) for _ in range(n)] for name, n in lengths.items()}
+        key = (p, attempt)
+        if key not in self._literals:
+            self._literals[key] = self.system.literal(numbers, _state(inputs, p))
+        literal = self._literals[key]
+        numbers = literal.values.numbers  # type: ignore[assignment]
+        return numbers, inputs, literal
+
+    def certify(self, output: Output, program: Program, candidates: Sequence[Candidate]) -> Certificate:
+        """Certify every candidate for a function.
+
+        Raises CertificateError naming the function, the candidate and the catalogue row that differs.
+        """
+        for p in self.primes:
+            self._check(output, candidates, p)
+        degree, assumption = _degree(program, self.system)
+        probability = 1.0
+        for p in self.primes:
+            probability *= min(1.0, degree / p)
+        held = ", ".join(candidate.what for candidate in candidates)
+        method = f"identity in GF(p), p = 2^61 - 1 and a random 61-bit prime, of what was emitted ({held})"
+        rows = [split_row(row)[0] for row in output.of]
+        against = dict.fromkeys(CHECKS[row][0] if row in CHECKS else f"literal {row}" for row in rows)
+        return Certificate(method + assumption, "; ".join(against), len(self.primes), float(f"{probability:.1e}"))
+
+    def _check(self, output: Output, candidates: Sequence[Candidate], p: int) -> None:
+        for attempt in range(ATTEMPTS):
+            numbers, inputs, literal = self._point(p, attempt)
+            try:
+                results = [(candidate, candidate.evaluate(numbers, inputs)) for candidate in candidates]
+                for candidate, values in results:
+                    _compare(literal, output, candidate, values, random.Random(self.seed), p)
+            except NotInField:
+                continue
+            return
+        raise CertificateError(f"{output.name}: found no point of GF(p) where all divisions and roots exist")
 
 
 def _compare(
@@ -171,8 +190,7 @@ def _compare(
 
 def _state(inputs: Inputs, p: int) -> State:
     fields: dict[str, Any] = {name: tuple(Residue(x, p) for x in values) for name, values in inputs.items()}
-    if "dt" in fields:
-        fields["dt"] = fields["dt"][0]
+    fields["dt"] = fields["dt"][0]
     return State(**fields)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from symgen.literal.equations import Literal
 from symgen.natural.coordinates import choose_coordinates
 from symgen.natural.layout import NaturalCoordinates
 from symgen.plans.choose import PlanChoice, choose
+from symgen.plans.walk import Lowered, lowered
 from symgen.program.instructions import Program
 from symgen.scene.model import Output, Scene
 from symgen.scene.outputs import DEFAULT_OUTPUTS, check_row
@@ -47,6 +49,11 @@ class System:
         """π* (bodies × edges), paper §2."""
         return self.tree.secondary_path_matrix
 
+    @cached_property
+    def lowered(self) -> Lowered:
+        """The elementary links of the tree, for the plans in body axes."""
+        return lowered(self.scene, self.tree)
+
     @property
     def sizes(self) -> Sizes:
         return sizes(self.scene, self.tree, self.natural)
@@ -71,7 +78,7 @@ class System:
         self.require_tree()
         key = (self.output(name), every)
         if key not in self._chosen:
-            self._chosen[key] = choose(self.scene, self.tree, self.natural, key[0], every)
+            self._chosen[key] = choose(self.lowered, self.natural, key[0], every)
         return self._chosen[key]
 
     def require_tree(self) -> None:

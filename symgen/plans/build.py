@@ -26,7 +26,7 @@ from symgen.catalogue import (
 from symgen.literal.equations import Literal
 from symgen.natural.layout import NaturalCoordinates
 from symgen.plans import composite, coriolis, factor, recursive
-from symgen.plans.walk import Links, links_at
+from symgen.plans.walk import Links, Lowered
 from symgen.program.graph import Graph, Node, extract
 from symgen.program.instructions import Port, Program
 from symgen.program.passes import optimise
@@ -63,12 +63,19 @@ FAMILIES: tuple[Family, ...] = (
 class Builder:
     """One graph and what rows share in it."""
 
-    scene: Scene
-    tree: Tree
+    lowered: Lowered
     natural: NaturalCoordinates
     family: Family
     graph: Graph = field(default_factory=Graph)
     guards: list[Node] = field(default_factory=list)
+
+    @property
+    def scene(self) -> Scene:
+        return self.lowered.scene
+
+    @property
+    def tree(self) -> Tree:
+        return self.lowered.tree
 
     @cached_property
     def state(self) -> State:
@@ -92,7 +99,7 @@ class Builder:
 
     @cached_property
     def links(self) -> Links:
-        return links_at(self.tree, self.values, self.state.q, self.family.regrouped)
+        return self.lowered.at(self.values, self.state.q, self.family.regrouped)
 
     @cached_property
     def still(self) -> list[int]:
@@ -164,10 +171,10 @@ def flatten(value: Any) -> list[Scalar]:
     return [value]
 
 
-def build(scene: Scene, tree: Tree, natural: NaturalCoordinates, output: Output, family: Family) -> Program:
+def build(lowered: Lowered, natural: NaturalCoordinates, output: Output, family: Family) -> Program:
     """The optimised program of one function by one family."""
-    builder = Builder(scene, tree, natural, family)
-    size = sizes(scene, tree, natural)
+    builder = Builder(lowered, natural, family)
+    size = sizes(lowered.scene, lowered.tree, natural)
     inputs, outputs = input_ports(output.of, size), output_ports(output.of, size)
     for port in sorted(inputs, key=lambda port: STATE_INPUTS.index(port.name)):
         builder.graph.inputs(port.name, port.size)

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from symgen.catalogue import split_row
 from symgen.natural.layout import NaturalCoordinates
 from symgen.plans.build import FAMILIES, Family, build, families_of
+from symgen.plans.walk import Lowered
 from symgen.program.instructions import Counts, Program, count
-from symgen.scene.model import Output, Scene
+from symgen.scene.model import Output
 from symgen.topology.tree import Tree
 
 DIVISION_COST = 8
@@ -47,12 +48,13 @@ def factor_lower_bound(tree: Tree) -> int:
 
 
 def choose(
-    scene: Scene, tree: Tree, natural: NaturalCoordinates, output: Output, every: bool = False
+    lowered: Lowered, natural: NaturalCoordinates, output: Output, every: bool = False
 ) -> tuple[Program, tuple[PlanChoice, ...]]:
     """The program of a function by its cheapest family, and what was weighed.
 
     ``every`` counts also those families that cannot win, where that is affordable.
     """
+    tree = lowered.tree
     programs: dict[str, Program] = {}
     passed: dict[str, str] = {}
     families = families_of(output)
@@ -65,7 +67,7 @@ def choose(
         if reason:
             passed[family.name] = reason
         else:
-            programs[family.name] = build(scene, tree, natural, output, family)
+            programs[family.name] = build(lowered, natural, output, family)
     best = min(families, key=lambda family: _rank(family, programs))
     return programs[best.name], tuple(_choice(family, best, programs, passed, only) for family in families)
 

@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
 from typing import Any, TypeVar
 
 from symgen.algebra.linear import (
@@ -34,6 +36,7 @@ from symgen.plans.inertia import (
     turn_second,
 )
 from symgen.plans.links import BALL, FREE, SCREW, SLIDE, TURN, Link, lower
+from symgen.scene.model import Scene
 from symgen.topology.tree import Tree
 from symgen.velocity.rotation import quaternion_rotation
 from symgen.velocity.values import Values
@@ -179,14 +182,61 @@ def _place(link: Link, values: Values, q: Sequence[Scalar]) -> Moving:
     return Moving(link, turn, sparse, c, s, whole_matrix, offset, 1, linear)
 
 
-def links_at(tree: Tree, values: Values, q: Sequence[Scalar], regrouped: bool = True) -> Links:
-    """The elementary links of a tree at q. With ``regrouped``, inertial parameters that joints cannot feel are moved
-    to parents first (the numbers are the same, the operations fewer)."""
-    links = lower(tree)
-    inertias, ground = link_inertias(tree, links, values), Inertia()
-    if regrouped:
-        inertias, ground = regroup(links, inertias, values)
-    return Links(tree, values, tuple(_place(link, values, q) for link in links), tuple(inertias), ground)
+@dataclass(frozen=True)
+class Lowered:
+    """The elementary links of a tree with their inertias, as given and regrouped: what does not depend on the state.
+
+    Without run-time inertial parameters the inertias are exact numbers, found once for all functions and number types.
+    """
+
+    tree: Tree
+    links: tuple[Link, ...]
+    scene: Scene
+
+    @cached_property
+    def _parametric(self) -> bool:
+        return any(parameter.name.endswith((".mass", ".com", ".inertia")) for parameter in self.scene.parameters)
+
+    @cached_property
+    def _exact(self) -> dict[bool, tuple[list[Inertia], Inertia]]:
+        values = Values(self.scene, Rationals())
+        given = link_inertias(self.tree, self.links, values)
+        return {False: (given, Inertia()), True: regroup(self.links, given, values)}
+
+    def inertias(self, values: Values, regrouped: bool) -> tuple[list[Inertia], Inertia]:
+        """Of every link, and of ground, as scalars of the number type of ``values``."""
+        if not self._parametric:
+            found, ground = self._exact[regrouped]
+            return [_lift(inertia, values) for inertia in found], _lift(ground, values)
+        given = link_inertias(self.tree, self.links, values)
+        return regroup(self.links, given, values) if regrouped else (given, Inertia())
+
+    def at(self, values: Values, q: Sequence[Scalar], regrouped: bool = True) -> Links:
+        """The links at q. With ``regrouped``, inertial parameters that joints cannot feel are moved to parents first
+        (the numbers are the same, the operations fewer)."""
+        inertias, ground = self.inertias(values, regrouped)
+        moving = tuple(_place(link, values, q) for link in self.links)
+        return Links(self.tree, values, moving, tuple(inertias), ground)
 
 
-__all__ = ["BALL", "FREE", "SCREW", "SLIDE", "TURN", "Links", "Moving", "links_at"]
+class Rationals:
+    """Exact numbers for what needs no functions."""
+
+    def const(self, value: Fraction | int) -> Fraction:
+        return Fraction(value)
+
+    def _none(self, x: Scalar) -> Scalar:
+        raise NotImplementedError("rationals have no such function")
+
+    sqrt = cos = sin = cos_sqrt = sinc_sqrt = sinc3_sqrt = _none
+
+
+def _lift(inertia: Inertia, values: Values) -> Inertia:
+    return Inertia(values.lift(inertia.mass), values.vector(inertia.first), values.vector(inertia.second))
+
+
+def lowered(scene: Scene, tree: Tree) -> Lowered:
+    return Lowered(tree, lower(tree), scene)
+
+
+__all__ = ["BALL", "FREE", "SCREW", "SLIDE", "TURN", "Links", "Lowered", "Moving", "lowered"]

@@ -91,7 +91,7 @@ class Graph:
         return node
 
     def const(self, value: Fraction | int) -> Node:
-        key = ("const", value)
+        key = ("const", value.numerator, value.denominator)  # cheaper to hash than the Fraction
         return self._known.get(key) or self._make(key, "const", (), Fraction(value))
 
     def input(self, name: str, index: int) -> Node:

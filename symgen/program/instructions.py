@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import NamedTuple
 
 OPERATIONS: dict[str, int] = {
     "const": 0,  # value: Fraction
@@ -28,8 +29,9 @@ OPERATIONS: dict[str, int] = {
 """Every operation and its number of arguments."""
 
 
-@dataclass(frozen=True)
-class Instruction:
+class Instruction(NamedTuple):
+    """One operation. (A named tuple: programs have tens of thousands.)"""
+
     op: str
     args: tuple[int, ...] = ()
     """Indices of earlier instructions."""

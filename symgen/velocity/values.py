@@ -23,20 +23,19 @@ class Values:
     numbers: Numbers
     p: Sequence[Scalar] = ()
     _places: dict[str, tuple[int, int]] = field(default_factory=dict, repr=False, compare=False)
-    _lifted: dict[Fraction, Scalar] = field(default_factory=dict, repr=False, compare=False)
+    _lifted: dict[tuple[int, int], Scalar] = field(default_factory=dict, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for parameter in self.scene.parameters:
             self._places[parameter.name] = (parameter.start, parameter.size)
 
     def lift(self, value: Fraction | int) -> Scalar:
-        if value == 0:
-            return 0
-        if value == 1:
-            return 1
-        found = self._lifted.get(Fraction(value))
+        key = (value.numerator, value.denominator)
+        if key[1] == 1 and key[0] in (0, 1):
+            return key[0]
+        found = self._lifted.get(key)
         if found is None:
-            found = self._lifted[Fraction(value)] = self.numbers.const(value)
+            found = self._lifted[key] = self.numbers.const(value)
         return found
 
     def vector(self, values: Sequence[Fraction]) -> Vec:
