@@ -20,7 +20,8 @@ from tests.scene.robots import PANDA, UR5, robot
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 SIZES = {
     "fig1": (4, 4), "fig2": (11, 10), "pendulum": (1, 1), "double_pendulum": (2, 2), "cart_pole": (2, 2),
-    "furuta": (2, 2), "spherical_pendulum": (4, 3), "spinning_top": (4, 3), "free_body": (7, 6), "universal_shaft": (3, 3),
+    "furuta": (2, 2), "spherical_pendulum": (4, 3), "spinning_top": (4, 3), "free_body": (7, 6),
+    "universal_shaft": (3, 3),
     "screw_drive": (1, 1), "slope_body": (3, 3), "four_bar": (4, 4), "ur5": (6, 6), "panda": (7, 7),
 }  # fmt: skip
 """Scene: nq, nv (of the joints as listed, loops not closed)."""
