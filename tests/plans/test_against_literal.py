@@ -1,0 +1,183 @@
+"""Every plan is the literal definition: random trees of every joint type, exactly, in GF(p)."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+from fractions import Fraction as F
+from typing import Any
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from symgen.algebra.field import MERSENNE_61, FieldNumbers, Residue
+from symgen.algebra.linear import dot
+from symgen.algebra.numbers import State
+from symgen.plans import composite, coriolis, factor, recursive
+from symgen.plans.build import FAMILIES, PLANNED, build, families_of, flatten
+from symgen.program.evaluate import evaluate
+from symgen.program.instructions import count
+from symgen.scene.model import JointSpring, Options, Output, Parameter, Scene, Spring
+from symgen.system import System, derive
+from tests.natural.trees import random_scene
+
+seeds = st.integers(0, 2**32)
+few = settings(max_examples=25, deadline=None)
+
+
+def scene_of(seed: int) -> Scene:
+    """A random tree with armature, damping and springs; the base velocity convention varies."""
+    rng = random.Random(seed)
+    scene = random_scene(rng, rng.randint(1, 6))
+    rooted = tuple(
+        replace(joint, type="spherical") if joint.type == "floating" and joint.parent != "ground" else joint
+        for joint in scene.joints
+    )
+    joints = tuple(
+        replace(joint, armature=F(rng.randint(0, 2), 7), damping=F(rng.randint(0, 2), 5))
+        if joint.type != "fixed"
+        else joint
+        for joint in rooted
+    )
+    forces = []
+    body = rng.choice(scene.bodies).name
+    forces.append(Spring((body, "ground"), ((F(1), F(0), F(1, 3)), (F(0), F(2), F(5))), F(3), F(1, 2), name="s"))
+    turning = [joint.name for joint in joints if joint.type in ("revolute", "planar", "cylindrical")]
+    if turning:
+        forces.append(JointSpring(turning[0], F(2), F(1, 4), F(1, 3), name="t"))
+    convention = rng.choice(("world", "body", "mixed"))
+    return replace(scene, joints=joints, forces=tuple(forces), options=Options(base_velocity=convention))
+
+
+def state_of(system: System, numbers: FieldNumbers, rng: random.Random) -> State:
+    def draw(n: int) -> tuple[Residue, ...]:
+        return tuple(Residue(rng.randrange(1, numbers.p), numbers.p) for _ in range(n))
+
+    size = system.sizes
+    return State(draw(size.nq), draw(size.nv), draw(size.nv), draw(size.nv), draw(1)[0], draw(size.np))
+
+
+def equal(a: Any, b: Any) -> bool:
+    left, right = flatten(a), flatten(b)
+    return len(left) == len(right) and all(Residue(0, MERSENNE_61) + x == y for x, y in zip(left, right, strict=True))
+
+
+@given(seeds)
+@few
+def test_plans_run_in_the_field_itself(seed: int) -> None:
+    scene = scene_of(seed)
+    system, numbers, rng = derive(scene), FieldNumbers(MERSENNE_61, seed), random.Random(seed)
+    if not system.tree.bodies:
+        return
+    state = state_of(system, numbers, rng)
+    literal = system.literal(numbers, state)
+    x = state.a
+    for regrouped in (True, False):
+        links = system.lowered.at(literal.values, state.q, regrouped)
+        gravity = literal.values.gravity()
+        m = composite.mass_matrix(links, literal.armature)
+        assert equal([dot(row, x) for row in m], literal.mass_matrix_times(x))
+        bias = recursive.inverse_dynamics(links, state.v, [0] * system.tree.nv, gravity)
+        assert equal([a + b for a, b in zip(literal.coriolis_force(), literal.gravity_force(), strict=True)], bias)
+        c = coriolis.coriolis_matrix(links, state.v)
+        assert equal([dot(row, x) for row in c], literal.coriolis_times(x))
+        assert equal(coriolis.gravity_force(links, gravity), literal.gravity_force())
+        assert equal(coriolis.kinetic_energy(links, state.v, literal.armature), literal.kinetic_energy())
+        energy = coriolis.gravity_energy(links, gravity) + literal.spring_energy()
+        assert equal(energy, literal.potential_energy())
+
+
+@given(seeds)
+@few
+def test_solvers_solve(seed: int) -> None:
+    """Both solvers give x with M x = b, and the product of their pivots is det M."""
+    scene = scene_of(seed)
+    scene = replace(scene, joints=tuple(replace(j, armature=j.armature + F(1, 9)) for j in scene.joints))
+    system, numbers, rng = derive(scene), FieldNumbers(MERSENNE_61, seed), random.Random(seed)
+    state = state_of(system, numbers, rng)
+    literal = system.literal(numbers, state)
+    links = system.lowered.at(literal.values, state.q)
+    m = composite.mass_matrix(links, literal.armature)
+    products = []
+    for x, pivots in (
+        factor.solve_ltdl(links, m, state.tau),
+        factor.solve_articulated(links, literal.armature, state.tau),
+    ):
+        assert equal(literal.mass_matrix_times(x), state.tau)
+        product = numbers.const(1)
+        for pivot in pivots:
+            product = product * pivot
+        products.append(product)
+    assert products[0] == products[1] == determinant([list(row) for row in m], numbers)
+
+
+def determinant(m: list[list[Any]], numbers: FieldNumbers) -> Any:
+    result = numbers.const(1)
+    for k in range(len(m)):
+        result = result * m[k][k]
+        for i in range(k + 1, len(m)):
+            ratio = m[i][k] / m[k][k]
+            m[i] = [x - ratio * y for x, y in zip(m[i], m[k], strict=True)]
+    return result
+
+
+@given(seeds)
+@few
+def test_velocity_identities(seed: int) -> None:
+    """Ψ_q R = 0, Ṙθ̇ without Ṙ equals Ṙ times θ̇, and C θ̇ is the Coriolis force."""
+    system, rng = derive(scene_of(seed)), random.Random(seed)
+    numbers = FieldNumbers(MERSENNE_61, seed)
+    state = state_of(system, numbers, rng)
+    literal = system.literal(numbers, state)
+    r = literal.velocity_transformation()
+    for row in literal.constraint_jacobian():
+        assert equal([dot(row, column) for column in zip(*r, strict=True)], [0] * system.tree.nv)
+    assert equal(literal.constraints(), [0] * system.natural.nc)
+    rate = literal.velocity_transformation_rate()
+    assert equal([dot(row, state.v) for row in rate], literal.natural_bias_acceleration())
+    assert equal(literal.coriolis_times(state.v), literal.coriolis_force())
+
+
+@given(seeds)
+@settings(max_examples=6, deadline=None)
+def test_programs_of_every_family(seed: int) -> None:
+    """The optimised program of each family, with inertial parameters at run time, against the literal form."""
+    scene = scene_of(seed)
+    body = scene.bodies[-1]
+    parameters = (
+        Parameter(f"{body.name}.mass", (body.mass,), "kg", 0),
+        Parameter(f"{body.name}.com", body.com, "m", 1),
+        Parameter(f"{body.name}.inertia", body.inertia, "kg.m^2", 4),
+        Parameter("gravity", scene.gravity, "m/s^2", 10),
+        Parameter("s.stiffness", (F(3),), "N/m", 13),
+    )
+    scene = replace(scene, parameters=parameters, joints=tuple(replace(j, armature=F(1, 9)) for j in scene.joints))
+    system, numbers, rng = derive(scene), FieldNumbers(MERSENNE_61, seed), random.Random(seed)
+    state = state_of(system, numbers, rng)
+    inputs = {"q": state.q, "v": state.v, "a": state.a, "tau": state.tau, "dt": (state.dt,), "p": state.p}
+    literal = system.literal(numbers, state)
+    for row in PLANNED:
+        output = Output(row, (row,))
+        for family in families_of(output):
+            program = build(system.lowered, system.natural, output, family)
+            results = evaluate(program, numbers, inputs)
+            if row == "forward_dynamics":
+                found = [
+                    m + h for m, h in zip(literal.mass_matrix_times(results["a"]), literal.bias_force(), strict=True)
+                ]
+                assert equal(found, state.tau), family.name
+            else:
+                assert equal(next(iter(results.values())), getattr(literal, row)()), (row, family.name)
+
+
+def test_families_are_distinct() -> None:
+    assert len({family.name for family in FAMILIES}) == len(FAMILIES)
+
+
+def test_combined_function_shares_work() -> None:
+    """One function for M, bias and forward dynamics costs less than the three apart."""
+    scene = replace(scene_of(11), outputs=(Output("dynamics", ("mass_matrix", "bias_force", "forward_dynamics")),))
+    system = derive(scene)
+    together = count(system.program("dynamics")).flops
+    apart = sum(count(system.program(row)).flops for row in ("mass_matrix", "bias_force", "forward_dynamics"))
+    assert together < apart
