@@ -11,6 +11,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from math import gcd, isqrt, lcm
 from typing import Any
 
@@ -175,9 +176,14 @@ def rotation_from_quaternion(w: Fraction, x: Fraction, y: Fraction, z: Fraction)
 
 def _context(*angles: Fraction) -> Any:
     """Extended precision enough for angles of this size."""
+    size = max(abs(a.numerator).bit_length() - a.denominator.bit_length() for a in angles)
+    return _context_of(PRECISION_BITS + max(size, 0))
+
+
+@lru_cache(maxsize=8)
+def _context_of(bits: int) -> Any:
     context = MPContext()
-    context.prec = PRECISION_BITS + max(abs(a.numerator).bit_length() - a.denominator.bit_length() for a in angles)
-    context.prec = max(context.prec, PRECISION_BITS)
+    context.prec = bits
     return context
 
 
@@ -221,16 +227,19 @@ def rotation_from_rpy(rpy: Sequence[Fraction], snap: Fraction = Fraction(1, 10**
     of a rational quaternion on a 2⁻⁶⁰ grid, rounded before they are multiplied, so that entries of R
     that are zero by structure are exactly zero.
     """
-    if not any(rpy):
+    roll, pitch, yaw = rpy
+    return _rotation(roll, pitch, yaw, snap)
+
+
+@lru_cache(maxsize=1024)
+def _rotation(roll: Fraction, pitch: Fraction, yaw: Fraction, snap: Fraction) -> Rotation:
+    if not (roll or pitch or yaw):
         return Rotation(IDENTITY3, _floats(IDENTITY3))
-    context = _context(*rpy)
+    context = _context(roll, pitch, yaw)
     exact, rest = IDENTITY3, _ONE  # R so far = exact · rest
-    raw: Quaternion = (1, 0, 0, 0)
     misses: list[tuple[str, str]] = []
     snapped = False
-    for axis in (2, 1, 0):
-        angle = rpy[axis]
-        raw = _product(raw, _half_turn(context, axis, angle))
+    for axis, angle in ((2, yaw), (1, pitch), (0, roll)):
         turns, off = _quarter(context, angle)
         if off <= _real(context, snap):
             snapped = snapped or angle != 0
@@ -240,24 +249,27 @@ def rotation_from_rpy(rpy: Sequence[Fraction], snap: Fraction = Fraction(1, 10**
         else:
             rest = _product(rest, _on_grid(context, _half_turn(context, axis, angle)))
             if turns and off <= _real(context, NEAR_MISS):
-                misses.append((_show(angle), repr(float(turns * context.pi / 2))))
+                misses.append((repr(float(angle)), repr(float(turns * context.pi / 2))))
     matrix = matmul(exact, _matrix(rest))
     nearest = nearest_signed_permutation(matrix)
     # ‖R − P‖² = 8 sin²(angle/2), which is 2·angle² for the small angles of interest
     if nearest is not None and nearest != matrix and _distance_squared(matrix, nearest) <= 2 * snap * snap:
         matrix, snapped, misses = nearest, True, []
-    described = _matrix(raw)
+    if not snapped:
+        return Rotation(matrix, _floats(matrix), None, tuple(misses))
+    described = _described(context, roll, pitch, yaw)
     moved = _distance_squared([[_real(context, x) for x in row] for row in matrix], described)
-    turned = float(2 * context.asin(context.sqrt(moved / 8))) if snapped else None
-    return Rotation(matrix, _floats(described), turned, tuple(misses))
+    return Rotation(matrix, _floats(described), float(2 * context.asin(context.sqrt(moved / 8))), tuple(misses))
+
+
+def _described(context: Any, roll: Fraction, pitch: Fraction, yaw: Fraction) -> Any:
+    """The rotation as it was given, in extended precision."""
+    turns = [_half_turn(context, axis, angle) for axis, angle in ((2, yaw), (1, pitch), (0, roll))]
+    return _matrix(_product(_product(turns[0], turns[1]), turns[2]))
 
 
 def _floats(matrix: Any) -> tuple[tuple[float, float, float], ...]:
     return tuple((float(row[0]), float(row[1]), float(row[2])) for row in matrix)
-
-
-def _show(x: Fraction) -> str:
-    return repr(float(x))
 
 
 def _distance_squared(a: Any, b: Any) -> Any:

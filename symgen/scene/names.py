@@ -64,7 +64,7 @@ def sanitise(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
         text, count = base, 1
         while text.lower() in used:
             count += 1
-            text = f"{base[: MAX_LENGTH - 6]}_{count}"
+            text = f"{base[: MAX_LENGTH - 6].rstrip('_')}_{count}"
         used.add(text.lower())
         result[name] = text
     return {name: result[name] for name in wanted}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from symgen.scene.names import MAX_LENGTH, RESERVED, identifier, sanitise
@@ -14,6 +14,7 @@ IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 @given(st.lists(st.text(max_size=90)))
+@example(["0:", "0::"])
 def test_any_names_become_different_identifiers(names: list[str]) -> None:
     result = sanitise(names)
     assert list(result) == list(dict.fromkeys(names))
