@@ -49,11 +49,12 @@ def integrate_motion(
     solve = import_scipy_integrate().solve_ivp
     nq, zero = mechanism.nq, np.zeros(mechanism.nv)
 
-    def rate(_t: float, y: Array) -> Array:
+    def rate(t: float, y: Array) -> Array:
         here, velocity = y[:nq], y[nq:]
-        return np.concatenate(
-            [position_rate(mechanism, here, velocity), functions("forward_dynamics", here, velocity, zero)]
-        )
+        a = functions("forward_dynamics", here, velocity, zero)
+        if not np.all(np.isfinite(a)):
+            raise MotionError(f"forward_dynamics is not a number at t = {t:g} s")
+        return np.concatenate([position_rate(mechanism, here, velocity), a])
 
     times, states, marks = [0.0], [np.concatenate([q, v])], []
     for k in range(segments):
