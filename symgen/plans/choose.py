@@ -18,6 +18,8 @@ LITERAL_LIMIT = 3
 """Up to so many velocities the literal form may win, and is always counted."""
 LITERAL_SHOWN = 12
 """Up to so many it is counted when asked for."""
+SMALL = 12
+"""Up to so many velocities every way to group constant inertias is counted."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,7 @@ def choose(
     bound = factor_lower_bound(tree)
     order = sorted(families, key=lambda family: not family.articulated)
     for family in order:
-        reason = "" if only else _reason_to_skip(family, tree, solves, bound, programs, every)
+        reason = "" if only else _reason_to_skip(family, lowered, solves, bound, programs, every)
         if reason:
             passed[family.name] = reason
         else:
@@ -78,10 +80,13 @@ def _rank(family: Family, programs: dict[str, Program]) -> tuple[bool, int, int]
 
 
 def _reason_to_skip(
-    family: Family, tree: Tree, solves: bool, bound: int, programs: dict[str, Program], every: bool
+    family: Family, lowered: Lowered, solves: bool, bound: int, programs: dict[str, Program], every: bool
 ) -> str:
+    tree = lowered.tree
     if family.literal and tree.nv > (LITERAL_SHOWN if every else LITERAL_LIMIT):
         return "not counted: multiplies out matrices that the other plans never form"
+    if not (family.regrouped or family.literal or every or lowered.parametric or tree.nv <= SMALL):
+        return "not counted: constant inertia, and more than 12 velocities"
     articulated = programs.get("articulated")
     if solves and not family.articulated and articulated is not None:
         known = cost(count(articulated))

@@ -194,7 +194,8 @@ class Lowered:
     scene: Scene
 
     @cached_property
-    def _parametric(self) -> bool:
+    def parametric(self) -> bool:
+        """True when inertial parameters are run-time arguments."""
         return any(parameter.name.endswith((".mass", ".com", ".inertia")) for parameter in self.scene.parameters)
 
     @cached_property
@@ -205,7 +206,7 @@ class Lowered:
 
     def inertias(self, values: Values, regrouped: bool) -> tuple[list[Inertia], Inertia]:
         """Of every link, and of ground, as scalars of the number type of ``values``."""
-        if not self._parametric:
+        if not self.parametric:
             found, ground = self._exact[regrouped]
             return [_lift(inertia, values) for inertia in found], _lift(ground, values)
         given = link_inertias(self.tree, self.links, values)
