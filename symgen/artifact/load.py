@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -43,15 +42,14 @@ class Loaded:
         return name in self._functions
 
 
-@dataclass(frozen=True)
 class Artifact:
     """What `symgen.generate` leaves: a folder with a manifest. ``Artifact("out").load().mass_matrix(q)``."""
 
-    directory: Path
-    """The folder; a string will do."""
+    def __init__(self, directory: str | Path) -> None:
+        self.directory = Path(directory)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "directory", Path(self.directory))
+    def __repr__(self) -> str:
+        return f"Artifact({str(self.directory)!r})"
 
     @cached_property
     def manifest(self) -> dict[str, Any]:
