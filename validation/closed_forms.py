@@ -204,7 +204,7 @@ class EulerTop:
         amplitude, rate, m, _complement = self.parts
         sn, cn, dn, _phase = special().ellipj(rate * t, m)
         w = amplitude * np.array([cn, sn, dn])
-        return np.asarray(w[::-1] * np.array([1.0, -1.0, 1.0]) if self.excess < 0.0 else w)
+        return np.asarray(w[::-1] if self.excess < 0.0 else w)
 
 
 def spin(

@@ -62,7 +62,7 @@ def integrate_motion(
         asked = np.linspace(*span, points + 1)[1:]
         found = solve(rate, span, states[-1], method="DOP853", rtol=RTOL, atol=ATOL, t_eval=asked)
         if not found.success:
-            raise MotionError(f"the reference integration stopped at t = {found.t[-1] if found.t.size else span[0]:g} s")
+            raise MotionError(f"the reference integration stopped after t = {times[-1]:g} s")
         times.extend(found.t)
         states.extend(found.y.T)
         marks.append(len(times) - 1)

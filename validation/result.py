@@ -21,7 +21,7 @@ class Row:
 
     @property
     def passed(self) -> bool:
-        return self.value <= self.criterion
+        return bool(self.value <= self.criterion)
 
 
 @dataclass(frozen=True)
@@ -111,8 +111,8 @@ def _clean(value: object) -> object:
         return {str(key): _clean(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [_clean(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return str(value)
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else str(float(value))
     return value
 
 
