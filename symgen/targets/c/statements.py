@@ -16,6 +16,8 @@ WIDTH = 100
 """Columns a statement may take."""
 INLINE_WIDTH = 64
 """Columns an expression may take that stands inside another one."""
+FEW = 12
+"""Constant entries that stand on a line each; more share lines."""
 DEPTH = 4
 """Parentheses within parentheses."""
 
@@ -55,6 +57,7 @@ def write_body(program: Program, table: ConstantTable, functions: Functions, tak
     writer = _Writer(program, table, functions, taken)
     for index in range(len(program.instructions)):
         writer.step(index)
+    writer.finish(program)
     text = "\n".join(text for kind, text in writer.lines if kind == "code")
     guards = tuple(writer.at(i).signed() for i in program.guards)
     read = {i.value[0] for i in program.instructions if i.op == "input" and isinstance(i.value, tuple)}
@@ -77,6 +80,7 @@ class _Writer:
         self.functions = functions
         self.names = Names(taken | {port.name for port in program.inputs + program.outputs})
         self.scalars = {port.name for port in program.inputs if port.shape == ()}
+        self.constants = {i for i, instruction in enumerate(program.instructions) if instruction.op == "const"}
         self.forced = {self.root(i)[0] for i in program.guards}
         self.stores = _stores(program)
         self.pairs = _pairs(program, functions)
@@ -122,8 +126,29 @@ class _Writer:
             named = self.uses[index] > 1 or index in self.forced or instruction.op in ENTIRE
             if named and instruction.op not in ("const", "input"):
                 self.assign(index, instruction.phase)
-        for port, entry in self.stores.get(index, ()):
-            self.code(f"{port.name}[{entry}] = {self.at(index).signed()};", instruction.phase)
+        stores = self.stores.get(index, [])
+        if self.root(index)[0] in self.constants:
+            return  # see finish
+        text = self.at(index).signed()
+        if instruction.op == "neg" and len(stores) > 1:  # one negation, stored more than once
+            name = self.names.take(instruction.label) if instruction.label else self.temporary()
+            self.code(f"const {self.table.precision.c_type} {name} = {text};", instruction.phase)
+            text = name
+        for port, entry in stores:
+            self.code(f"{port.name}[{entry}] = {text};", instruction.phase)
+
+    def finish(self, program: Program) -> None:
+        """The entries that are constants, in their order, after all others."""
+        texts = [
+            f"{port.name}[{entry}] = {self.at(index).signed()};"
+            for port, row in zip(program.outputs, program.results, strict=True)
+            for entry, index in enumerate(row)
+            if self.root(index)[0] in self.constants
+        ]
+        heading = "constant entries" if self.lines else ""
+        packed = _fill(texts) if len(texts) > FEW else texts
+        for text in packed:
+            self.code(text, heading)
 
     def compose(self, index: int) -> Expression:
         """The expression of an instruction; operands get statements of their own until it fits."""
@@ -242,3 +267,13 @@ def _pairs(program: Program, functions: Functions) -> dict[int, tuple[int, int]]
         if instruction.op in ("cos", "sin"):
             found.setdefault(instruction.args[0], []).append(index)
     return {argument: (both[0], both[1]) for argument, both in found.items() if len(both) == 2}
+
+
+def _fill(texts: list[str]) -> list[str]:
+    """Statements side by side, lines filled but never broken inside a statement."""
+    lines = [""]
+    for text in texts:
+        if len(lines[-1]) + len(text) > WIDTH - 5:
+            lines.append("")
+        lines[-1] = f"{lines[-1]} {text}".strip()
+    return lines
