@@ -1,5 +1,16 @@
-"""Equations of motion of multibody systems, as certified C and CasADi functions."""
+"""Equations of motion of multibody systems, as certified C and CasADi functions.
 
+    scene = symgen.load("rrpr.scene.yaml")
+    system = symgen.derive(scene)
+    artifact = symgen.generate(scene, "out/")
+    f = artifact.load()
+"""
+
+from symgen.artifact import Artifact
+from symgen.generate import generate
 from symgen.scene.load import load
+from symgen.scene.model import Scene
+from symgen.system import System, derive
+from symgen.version import VERSION as __version__
 
-__all__ = ["load"]
+__all__ = ["Artifact", "Scene", "System", "__version__", "derive", "generate", "load"]

@@ -1,0 +1,183 @@
+"""From a scene to certified files: derive, emit, read back, certify, write."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from symgen.algebra.field import FieldNumbers, Residue
+from symgen.artifact import Artifact, FunctionRecord, build_manifest, manifest_text, write_artifact
+from symgen.certificate import Candidate, Certificate, Certifier
+from symgen.errors import CertificateError
+from symgen.program.evaluate import evaluate_all
+from symgen.program.instructions import Program
+from symgen.scene.load import load
+from symgen.scene.model import Output, Scene
+from symgen.system import System, derive
+from symgen.targets.c import Info, JointRow, ReadBack, ReadFunction, emit_c, read_back
+from symgen.targets.c.sincos import enclosure
+from symgen.version import VERSION
+
+if TYPE_CHECKING:
+    import casadi
+
+Progress = Callable[[int, int, str], None]
+"""``progress(done, total, what)``."""
+
+
+@dataclass(frozen=True)
+class Generated:
+    """Everything that will be written, certified."""
+
+    files: Mapping[str, str | bytes]
+    certificates: Mapping[str, Certificate]
+    """By function name."""
+
+
+def generate(
+    scene: Scene | str | Path, out_dir: str | Path, progress: Progress | None = None, system: System | None = None
+) -> Artifact:
+    """Generate what ``scene`` asks for into the folder ``out_dir`` (see interface: C, CasADi, manifest).
+
+    ``system``: the derived system of the scene, if there is one already. Raises SceneError for a bad scene or folder,
+    NotSupportedError for what cannot be generated, CertificateError when a function is not the literal one; nothing is
+    written then.
+    """
+    scene = load(scene) if isinstance(scene, str | Path) else scene
+    system = system or derive(scene)
+    generated = generate_files(system, progress or (lambda done, total, what: None))
+    write_artifact(out_dir, generated.files)
+    return Artifact(Path(out_dir))
+
+
+def generate_files(system: System, progress: Progress) -> Generated:
+    """Derive, emit, read back and certify every output of a system."""
+    outputs, targets = system.outputs, system.scene.options.targets
+    total = 2 * len(outputs) + 1
+    programs: list[Program] = []
+    for done, output in enumerate(outputs):
+        progress(done, total, output.name)
+        programs.append(system.program(output.name))
+    progress(len(outputs), total, "emit")
+    info = target_info(system)
+    emitted = emit_c(system.scene.name, programs, info) if "c" in targets else None
+    read = read_back(emitted) if emitted else None
+    if read:
+        read.check_literals()
+    functions = _casadi_functions(programs) if "casadi" in targets else {}
+    files: dict[str, str | bytes] = dict(emitted.files) if emitted else {}
+    certifier = Certifier(system, "".join(text for text in files.values() if isinstance(text, str)))
+    records: list[FunctionRecord] = []
+    certificates: dict[str, Certificate] = {}
+    for done, (output, program) in enumerate(zip(outputs, programs, strict=True)):
+        progress(len(outputs) + 1 + done, total, f"certify {output.name}")
+        function = functions.get(program.name)
+        certificate = _certify(certifier, output, program, read, function)
+        certificates[program.name] = certificate
+        path = f"{system.scene.name}.casadi/{program.name}.casadi" if function is not None else None
+        if path is not None:
+            files[path] = _serialised(function)
+        records.append(FunctionRecord(program, certificate.to_json(), path))
+    progress(total, total, "write")
+    files["manifest.json"] = manifest_text(build_manifest(system.scene.name, info, records, emitted))
+    return Generated(files, certificates)
+
+
+def target_info(system: System) -> Info:
+    """What targets must know of a scene beside its programs."""
+    joints = tuple(
+        JointRow(body.joint.name, body.joint.type, (body.q, body.nq), (body.v, body.nv)) for body in system.tree.bodies
+    )
+    scene = system.scene
+    return Info(
+        nq=system.tree.nq,
+        nv=system.tree.nv,
+        joints=joints,
+        parameters=scene.parameters,
+        options=scene.options,
+        scene_sha256=scene.sha256,
+        version=VERSION,
+    )
+
+
+def _casadi_functions(programs: Sequence[Program]) -> dict[str, casadi.Function]:
+    from symgen.targets.casadi import casadi_function
+
+    return {
+        program.name: casadi_function(program) for program in programs if any(port.size for port in program.outputs)
+    }
+
+
+def _serialised(function: casadi.Function) -> bytes:
+    """The bytes that ``casadi.Function.load`` reads."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "f.casadi"
+        function.save(str(path))
+        return path.read_bytes()
+
+
+def _certify(
+    certifier: Certifier, output: Output, program: Program, read: ReadBack | None, function: casadi.Function | None
+) -> Certificate:
+    """Certify everything that was emitted for one function."""
+    candidates: list[Candidate] = []
+    remarks = ""
+    text = read.functions.get(program.name) if read else None
+    if text is not None:
+        candidates.append(_c_candidate(text, program))
+        remarks = _remarks(text, certifier.system)
+    if function is not None:
+        candidates.append(_casadi_candidate(function, program))
+    certificate = certifier.certify(output, program, candidates)
+    return Certificate(
+        certificate.method + remarks,
+        certificate.checked_against,
+        certificate.points,
+        certificate.failure_probability,
+    )
+
+
+def _values(program: Program, numbers: FieldNumbers, inputs: Mapping[str, Sequence[int]]) -> list[Residue]:
+    residues = {name: [Residue(x, numbers.p) for x in values] for name, values in inputs.items()}
+    return evaluate_all(program, numbers, residues)
+
+
+def _c_candidate(text: ReadFunction, program: Program) -> Candidate:
+    def evaluate(numbers: FieldNumbers, inputs: Mapping[str, Sequence[int]]) -> Mapping[str, Sequence[int]]:
+        if program.guards:
+            values = _values(program, numbers, inputs)
+            expected = [values[i].x for i in program.guards]
+            if text.guards_mod(numbers.p, inputs, numbers.apply) != expected:
+                raise CertificateError(f"{program.name}: the emitted C does not guard the pivots")
+        return text.evaluate_mod(numbers.p, inputs, numbers.apply)
+
+    return Candidate("C", evaluate)
+
+
+def _casadi_candidate(function: casadi.Function, program: Program) -> Candidate:
+    from symgen.targets.casadi import evaluate_mod
+
+    def evaluate(numbers: FieldNumbers, inputs: Mapping[str, Sequence[int]]) -> Mapping[str, Sequence[int]]:
+        wanted = [value.x for value in _values(program, numbers, inputs)]
+        return evaluate_mod(function, program, numbers, inputs, wanted)
+
+    return Candidate("CasADi", evaluate)
+
+
+def _remarks(text: ReadFunction, system: System) -> str:
+    """What of the C is proven otherwise: its constants, and its sine and cosine."""
+    remarks = "; C constants proven correctly rounded"
+    options = system.scene.options
+    if text.operations.sincos and options.trigonometry == "polynomial":
+        bounds = enclosure(options.precision)
+        error = float(max(bounds.sine, bounds.cosine))
+        remarks += f"; sine and cosine by enclosure, relative error of the polynomials at most {error:.1e}"
+    elif text.operations.sincos:
+        remarks += "; sine and cosine are the C library's"
+    return remarks
+
+
+__all__ = ["Generated", "Progress", "generate", "generate_files", "target_info"]
