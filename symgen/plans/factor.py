@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 from typing import Any
 
 from symgen.algebra.linear import ZERO, Mat, Vec, add, cross, dot, is_zero, madd, matmul, mul, outer, scale, skew, sub, transpose, vadd
 from symgen.plans import free
 from symgen.plans.inertia import Inertia, moment_of_inertia
 from symgen.plans.walk import BALL, FREE, SLIDE, Links, Moving
+
+ONE = Fraction(1)
+"""So that the reciprocal of a pivot that is a plain int stays exact."""
 
 Scalar = Any
 
@@ -40,7 +44,7 @@ def solve_ltdl(
     with links.phase("factor: LᵀDL and inward solve"):
         for k in reversed(range(len(parents))):
             pivots[k] = h[k][k]
-            inverse[k] = 1 / pivots[k]
+            inverse[k] = ONE / pivots[k]
             i = parents[k]
             while i >= 0:
                 ratio = mul(h[k][i], inverse[k])
@@ -174,7 +178,7 @@ def solve_articulated(
                 moment, force = columns[i] = body.column(w, v)
                 extra = armature[i]
                 pivots[i] = add(add(dot(w, moment), dot(v, force)), extra)
-                inverse[i] = 1 / pivots[i]
+                inverse[i] = ONE / pivots[i]
                 rest[i] = sub(rest[i], add(dot(w, body.moment), dot(v, body.force)))
                 last = at.link.parent < 0 and k == 0
                 if not last:
