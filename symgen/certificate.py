@@ -175,7 +175,10 @@ class Certifier:
             except NotInField:
                 continue
             return
-        raise CertificateError(f"{output.name}: found no point of GF(p) where all divisions and roots exist")
+        raise CertificateError(
+            f"{output.name}: at no point of GF(p) do all its divisions and roots exist; is the mass matrix singular at "
+            "every configuration (a massless body that nothing holds)?"
+        )
 
 
 def _compare(

@@ -46,6 +46,11 @@ def mul(x: Scalar, y: Scalar) -> Scalar:
     return x * y
 
 
+def half(x: Scalar) -> Scalar:
+    """x / 2, a structural zero staying one."""
+    return 0 if is_zero(x) else x / 2
+
+
 def total(terms: Iterable[Scalar]) -> Scalar:
     result: Scalar = 0
     for term in terms:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from symgen.algebra.linear import Mat, Vec, add, dot, is_zero, matvec, mul, scale, sub, total, vadd, vneg, vsub
+from symgen.algebra.linear import Mat, Vec, add, dot, half, is_zero, matvec, mul, scale, sub, total, vadd, vneg, vsub
 from symgen.algebra.numbers import State
 from symgen.natural import constraints, coordinates, mass
 from symgen.natural.entities import Entity
@@ -242,7 +242,7 @@ class Literal:
         velocity = self.apply(self.r_columns, self.state.v)
         twice = total(dot(x, y) for x, y in zip(velocity, self.mass_times(velocity), strict=True))
         motors = total(mul(extra, mul(x, x)) for extra, x in zip(self.armature, self.state.v, strict=True))
-        return add(twice, motors) / 2
+        return half(add(twice, motors))
 
     def potential_energy(self) -> Scalar:
         g, energy = self.values.gravity(), 0
@@ -326,13 +326,13 @@ class Literal:
         if isinstance(force, JointSpring):
             body, rest = self._spring_joint(force), self.values.force(force, "rest")
             stretches = [sub(self.state.q[body.q + k], rest) for k in range(body.nv)]
-            return mul(stiffness, total(mul(x, x) for x in stretches)) / 2
+            return half(mul(stiffness, total(mul(x, x) for x in stretches)))
         (_, a), (_, b) = self._ends(force)
         d = vsub(b, a)
         square, length = dot(d, d), self.values.force(force, "length")
         if is_zero(length):
-            return mul(stiffness, square) / 2
+            return half(mul(stiffness, square))
         stretch = sub(self.values.numbers.sqrt(square), length)
-        return mul(stiffness, mul(stretch, stretch)) / 2
+        return half(mul(stiffness, mul(stretch, stretch)))
 
 

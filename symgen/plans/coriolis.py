@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from symgen.algebra.linear import IDENTITY, ZERO, Mat, Vec, add, cross, dot, is_zero, madd, matmul, matvec, outer, scale, skew, sub, symmetric, vadd, vneg, vsub
+from symgen.algebra.linear import IDENTITY, ZERO, Mat, Vec, add, cross, dot, half, madd, matmul, matvec, outer, scale, skew, sub, symmetric, vadd, vneg, vsub
 from symgen.plans import free
 from symgen.plans.composite import project, unit_motions
 from symgen.plans.inertia import Inertia, moment_of_inertia
@@ -216,4 +216,4 @@ def kinetic_energy(links: Links, v: Sequence[Scalar], armature: Sequence[Scalar]
         twice = add(twice, add(dot(at.v, p), dot(at.w, spin)))
     for extra, rate in zip(armature, v, strict=True):
         twice = add(twice, dot((extra,), (dot((rate,), (rate,)),)))
-    return 0 if is_zero(twice) else twice / 2
+    return half(twice)

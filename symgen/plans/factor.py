@@ -7,14 +7,27 @@ from fractions import Fraction
 from typing import Any
 
 from symgen.algebra.linear import ZERO, Mat, Vec, add, cross, dot, is_zero, madd, matmul, mul, outer, scale, skew, sub, transpose, vadd
+from symgen.errors import SceneError
 from symgen.plans import free
 from symgen.plans.inertia import Inertia, moment_of_inertia
 from symgen.plans.walk import BALL, FREE, SLIDE, Links, Moving
 
-ONE = Fraction(1)
-"""So that the reciprocal of a pivot that is a plain int stays exact."""
-
 Scalar = Any
+
+
+def reciprocal(links: Links, k: int, pivot: Scalar) -> Scalar:
+    """1 / pivot of velocity k. Raises SceneError when the pivot is a constant that is not positive: whatever else
+    moves, nothing with inertia moves with that velocity."""
+    known = getattr(pivot, "value", pivot)
+    if isinstance(known, int | Fraction) and known <= 0:
+        joint = next(body.joint for body in links.tree.bodies if body.v <= k < body.v + body.nv)
+        scene = links.values.scene
+        raise SceneError(
+            f"the mass matrix is singular: no inertia moves with velocity {k} (joint '{joint.name}'); give the bodies "
+            "beyond it mass and inertia, or the joint an armature",
+            scene.source or scene.name,
+        )
+    return Fraction(1) / pivot if isinstance(pivot, int) else 1 / pivot
 
 
 def velocity_parents(links: Links) -> list[int]:
@@ -44,7 +57,7 @@ def solve_ltdl(
     with links.phase("factor: LᵀDL and inward solve"):
         for k in reversed(range(len(parents))):
             pivots[k] = h[k][k]
-            inverse[k] = ONE / pivots[k]
+            inverse[k] = reciprocal(links, k, pivots[k])
             i = parents[k]
             while i >= 0:
                 ratio = mul(h[k][i], inverse[k])
@@ -178,7 +191,7 @@ def solve_articulated(
                 moment, force = columns[i] = body.column(w, v)
                 extra = armature[i]
                 pivots[i] = add(add(dot(w, moment), dot(v, force)), extra)
-                inverse[i] = ONE / pivots[i]
+                inverse[i] = reciprocal(links, i, pivots[i])
                 rest[i] = sub(rest[i], add(dot(w, body.moment), dot(v, body.force)))
                 last = at.link.parent < 0 and k == 0
                 if not last:

@@ -28,15 +28,29 @@ class Inertia:
     mass: Scalar = 0
     first: Vec = ZERO
     second: Six = NO_MOMENT
+    polar: Scalar = None
+    """Σ_xx + Σ_yy where it is known without them: turning about z does not change it, so along parallel axes the
+    moment of inertia about them needs no rotation at all. None: add the two."""
+
+    @property
+    def about_z(self) -> Scalar:
+        """I_zz = Σ_xx + Σ_yy."""
+        return add(self.second[0], self.second[1]) if self.polar is None else self.polar
 
     def plus(self, other: Inertia) -> Inertia:
-        return Inertia(add(self.mass, other.mass), vadd(self.first, other.first), vadd(self.second, other.second))
+        known = self.polar is not None or other.polar is not None
+        return Inertia(
+            add(self.mass, other.mass),
+            vadd(self.first, other.first),
+            vadd(self.second, other.second),
+            add(self.about_z, other.about_z) if known else None,
+        )
 
 
 def moment_of_inertia(inertia: Inertia) -> Mat:
     """I = tr(Σ) 1 − Σ about the link's origin."""
     xx, yy, zz, xy, xz, yz = inertia.second
-    return symmetric((add(yy, zz), add(xx, zz), add(xx, yy), sub(0, xy), sub(0, xz), sub(0, yz)))
+    return symmetric((add(yy, zz), add(xx, zz), inertia.about_z, sub(0, xy), sub(0, xz), sub(0, yz)))
 
 
 def signed_permutation(m: Mat) -> bool:
@@ -94,7 +108,10 @@ def shift(inertia: Inertia, offset: Vec) -> Inertia:
         add(old, add(mul(r[i], h[j]), mul(moved[i], r[j]))) if i != j else add(old, mul(r[i], add(h[i], moved[i])))
         for old, (i, j) in zip(inertia.second, pairs, strict=True)
     )
-    return Inertia(m, moved, second)
+    polar = inertia.polar
+    if polar is not None:
+        polar = add(polar, add(mul(r[0], add(h[0], moved[0])), mul(r[1], add(h[1], moved[1]))))
+    return Inertia(m, moved, second, polar)
 
 
 def link_inertias(tree: Tree, links: Sequence[Link], values: Values) -> list[Inertia]:

@@ -71,6 +71,9 @@ class Link:
     axes: Mat
     """Link axes to the body's own axes: x_body = axes x_link + shift."""
     shift: Vec
+    planar: bool
+    """True when from here to the root every link's z is parallel to its parent's: then only the moments of inertia
+    about z matter on the way, and turning does not change those."""
 
     @property
     def nv(self) -> int:
@@ -109,6 +112,8 @@ def lower(tree: Tree) -> tuple[Link, ...]:
         for place, motion in enumerate(motions):
             axes = axes_with_z(motion.axis)
             before = links[parent].axes if parent >= 0 else IDENTITY
+            turn = matmul(transpose(before), matmul(rotation, axes))
+            parallel = motion.kind in (TURN, SLIDE, SCREW) and abs(turn[2][2]) == 1
             links.append(
                 Link(
                     index=len(links),
@@ -119,10 +124,11 @@ def lower(tree: Tree) -> tuple[Link, ...]:
                     carries=place == len(motions) - 1,
                     q=body.q + motion.q,
                     v=body.v + motion.v,
-                    turn=matmul(transpose(before), matmul(rotation, axes)),
+                    turn=turn,
                     offset=matvec(transpose(before), translation),
                     axes=axes,
                     shift=(0, 0, 0),
+                    planar=parent < 0 or (parallel and links[parent].planar),
                 )
             )
             parent = len(links) - 1

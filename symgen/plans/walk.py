@@ -98,7 +98,8 @@ class Moving:
         return tuple(self.to_parent(row) for row in rows)
 
     def inertia_to_parent(self, inertia: Inertia) -> Inertia:
-        turned = Inertia(inertia.mass, self.to_parent(inertia.first), self.second_to_parent(inertia.second))
+        polar = inertia.about_z if self.link.planar else None
+        turned = Inertia(inertia.mass, self.to_parent(inertia.first), self.second_to_parent(inertia.second), polar)
         return shift(turned, self.offset)
 
     def wrench_to_parent(self, force: Vec, moment: Vec) -> tuple[Vec, Vec]:

@@ -54,6 +54,14 @@ def add_undo_subtraction(g: Graph, x: Node, y: Node) -> Node | None:
     return y.args[0] if y.op == "sub" and y.args[1] is x else None
 
 
+def add_cancel(g: Graph, x: Node, y: Node) -> Node | None:
+    if x.op == "sub" and y.op == "add":
+        x, y = y, x
+    if x.op == "add" and y.op == "sub" and y.args[1] in x.args:
+        return g.add(x.args[0] if x.args[1] is y.args[1] else x.args[1], y.args[0])
+    return None
+
+
 def sub_constants(g: Graph, x: Node, y: Node) -> Node | None:
     a, b = _value(x), _value(y)
     if a is not None and b is not None:
@@ -83,6 +91,19 @@ def sub_undo(g: Graph, x: Node, y: Node) -> Node | None:
     if x.op == "sub" and x.args[0] is y:
         return g.neg(x.args[1])
     return y.args[1] if y.op == "sub" and y.args[0] is x else None
+
+
+def sub_cancel(g: Graph, x: Node, y: Node) -> Node | None:
+    if x.op == y.op == "sub":
+        if x.args[1] is y.args[1]:
+            return g.sub(x.args[0], y.args[0])
+        return g.sub(y.args[1], x.args[1]) if x.args[0] is y.args[0] else None
+    if x.op == y.op == "add":
+        for k in (0, 1):
+            if x.args[k] in y.args:
+                other = y.args[0] if y.args[1] is x.args[k] else y.args[1]
+                return g.sub(x.args[1 - k], other)
+    return None
 
 
 def sub_reversed_exists(g: Graph, x: Node, y: Node) -> Node | None:
@@ -175,12 +196,14 @@ RULES: dict[str, tuple[tuple[str, Rule], ...]] = {
         ("x + (−y) → x − y", add_negated),
         ("a·x + b·x → (a+b)·x", add_like_terms),
         ("(x − y) + y → x", add_undo_subtraction),
+        ("(x + z) + (y − z) → x + y", add_cancel),
     ),
     "sub": (
         ("a − b → constant; x − 0 → x; 0 − y → −y", sub_constants),
         ("x − (−y) → x + y; (−x) − y → −(x + y)", sub_negated),
         ("a·x − b·x → (a−b)·x; x − x → 0", sub_like_terms),
         ("(x + y) − y → x; (x − y) − x → −y; x − (x − y) → y", sub_undo),
+        ("(x + z) − (y + z) → x − y; (x − z) − (y − z) → x − y; (z − x) − (z − y) → y − x", sub_cancel),
         ("x − y → −(y − x) where y − x exists", sub_reversed_exists),
     ),
     "mul": (
