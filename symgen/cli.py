@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from symgen.errors import SymgenError
+from symgen.version import VERSION
 
 if TYPE_CHECKING:
     from symgen.scene.model import Scene
@@ -88,7 +89,7 @@ outputs_option = click.option(
 
 
 @click.group(context_settings=HELP)
-@click.version_option(package_name="symgen", message="symgen %(version)s")
+@click.version_option(VERSION, message="symgen %(version)s")
 def cli() -> None:
     """Equations of motion of a multibody system, as certified C and CasADi functions.
 
@@ -206,7 +207,7 @@ def validate(scene: str, against: tuple[str, ...], states: int, report: str | No
 @cli.command()
 @scene_argument
 @outputs_option
-@click.option("--states", type=click.IntRange(1, 1_000_000), default=1000, show_default=True, help="States per batch.")
+@click.option("--states", type=click.IntRange(1, 1_000_000), default=5000, show_default=True, help="States per batch.")
 @click.option("--report", metavar="FILE.html", help="Write the table as a page.")
 @json_option
 def bench(scene: str, outputs: str | None, states: int, report: str | None, as_json: bool) -> None:

@@ -263,12 +263,27 @@ def equations(scene: Scene, names: Sequence[str], symbols: str, style: str) -> d
 def manifest_text(manifest: Mapping[str, Any], directory: str) -> str:
     """What ``symgen generate`` says when it is done: the functions, their cost, and what vouches for them."""
     rows = []
+    methods: list[str] = []
     for function in manifest["functions"]:
-        operations = function["operations"]
+        operations, certificate = function["operations"], function["certificate"]
         flops = sum(operations[key] for key in ("add", "mul", "div", "sqrt"))
-        certificate = function["certificate"]
-        doubt = f"{certificate['failure_probability']:.0e}"
-        rows.append((function["name"], function["plan"], flops, operations["sincos"], certificate["method"], doubt))
-    header = ("function", "plan", "flops", "sincos", "certificate", "doubt")
-    written = ", ".join([*manifest["headers"], *manifest["sources"], "manifest.json"])
-    return "\n".join([table(header, rows, right=(2, 3, 5)), "", f"written to {directory}: {written}"])
+        if certificate["method"] not in methods:
+            methods.append(certificate["method"])
+        proof = (
+            certificate["checked_against"],
+            certificate["points"],
+            f"{certificate['failure_probability']:.0e}",
+            f"[{methods.index(certificate['method']) + 1}]",
+        )
+        rows.append((function["name"], function["plan"], flops, operations["sincos"], *proof))
+    header = ("function", "plan", "flops", "sincos", "certified against", "points", "doubt", "by")
+    written = [*manifest["headers"], *manifest["sources"], "manifest.json"]
+    written += [f"{manifest['name']}.casadi/"] if any(f["casadi_file"] for f in manifest["functions"]) else []
+    return "\n".join(
+        [
+            table(header, rows, right=(2, 3, 5, 6)),
+            "",
+            *(f"[{number}] {method}" for number, method in enumerate(methods, 1)),
+            f"{manifest['name']}: {len(rows)} functions certified; {', '.join(written)} in {directory}",
+        ]
+    )

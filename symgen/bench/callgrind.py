@@ -24,19 +24,18 @@ def _array(values: Sequence[float]) -> str:
     return "{" + ", ".join(float(x).hex() for x in values) + "}"
 
 
-def _call(function: Mapping[str, Any], states: Sequence[Mapping[str, Sequence[float]]]) -> list[str]:
-    """The C block that calls one function at every state."""
+def _call(function: Mapping[str, Any], states: Sequence[Mapping[str, Any]]) -> list[str]:
+    """The C block that calls one function at every state; scalars are those of the first state."""
     lines = ["{"]
     arguments = []
     for port in function["inputs"]:
-        name, rows = port["name"], [list(state[port["name"]]) for state in states]
+        name = port["name"]
         if port["shape"]:
-            lines.append(
-                f"static const double {name}[{len(rows)}][{len(rows[0])}] = {{{', '.join(map(_array, rows))}}};"
-            )
+            rows = ", ".join(_array(state[name]) for state in states)
+            lines.append(f"static const double {name}[{len(states)}][{port['shape'][0]}] = {{{rows}}};")
             arguments.append(f"{name}[k]")
         else:
-            arguments.append(_array(rows[0])[1:-1])
+            arguments.append(float(states[0][name]).hex())
     for port in function["outputs"]:
         size = 1
         for n in port["shape"]:
@@ -48,7 +47,7 @@ def _call(function: Mapping[str, Any], states: Sequence[Mapping[str, Sequence[fl
 
 
 def count_instructions(
-    directory: Path, manifest: Mapping[str, Any], states: Sequence[Mapping[str, Sequence[float]]], cc: str
+    directory: Path, manifest: Mapping[str, Any], states: Sequence[Mapping[str, Any]], cc: str
 ) -> dict[str, float]:
     """Mean instructions per call over the states, by function name. Double precision functions only.
 

@@ -19,7 +19,7 @@ from symgen.artifact import RELEASE_FLAGS, find_compiler
 from symgen.bench import callgrind
 from symgen.bench.multiprecision import exact_outputs, relative_error
 from symgen.bench.peers import OVERHEAD_NOTE, pinocchio_calls
-from symgen.bench.result import BenchResult, FunctionRow, PeerRow
+from symgen.bench.result import EMPTY_CALL, BenchResult, FunctionRow, PeerRow
 from symgen.errors import ToolError
 from symgen.program.instructions import Program, count
 from symgen.scene.model import Scene
@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 REPEATS = 9
 ERROR_STATES = 5
 CALLGRIND_STATES = 4
+INSTRUCTIONS_NOTE = (
+    f"instructions: callgrind, compiled with {' '.join(callgrind.FLAGS)} alone, mean of {CALLGRIND_STATES} states"
+)
 
 Times = dict[str, list[float]]
 """Name → nanoseconds per state, one entry per repeat."""
@@ -164,13 +167,15 @@ def instruction_counts(
     if not callgrind.available():
         return {}, ["no instruction counts: valgrind is not installed"]
     try:
-        return callgrind.count_instructions(built.artifact.directory, built.artifact.manifest, samples, cc), []
+        return callgrind.count_instructions(built.artifact.directory, built.artifact.manifest, samples, cc), [
+            INSTRUCTIONS_NOTE
+        ]
     except ToolError as error:
         return {}, [f"no instruction counts: {error}"]
 
 
 def bench(
-    scene: Scene, states: int = 1000, repeats: int = REPEATS, progress: Callable[[int, int, str], None] | None = None
+    scene: Scene, states: int = 5000, repeats: int = REPEATS, progress: Callable[[int, int, str], None] | None = None
 ) -> BenchResult:
     """Measure every function the scene asks for; see `BenchResult` for the figures.
 
@@ -211,6 +216,6 @@ def peer_rows(times: Times, functions: set[str]) -> tuple[PeerRow, ...]:
     rows = []
     for name, series in times.items():
         peer, _, function = name.partition(" ")
-        if peer == "pinocchio" and (function in functions or function == "empty call"):
+        if peer == "pinocchio" and (function in functions or function == EMPTY_CALL):
             rows.append(PeerRow(peer, function, min(series), statistics.median(series)))
     return tuple(rows)

@@ -15,6 +15,8 @@ from symgen.program.evaluate import evaluate
 from symgen.program.instructions import Program
 
 DIGITS = 50
+ZERO = 1e-15
+"""What is smaller counts as zero when errors are made relative."""
 
 
 class MultiprecisionNumbers:
@@ -53,8 +55,9 @@ def exact_outputs(program: Program, inputs: Mapping[str, Sequence[float]]) -> di
 
 
 def relative_error(computed: Sequence[float], exact: Sequence[mpmath.mpf]) -> float:
-    """‖x − x̂‖∞ / ‖x̂‖∞; the absolute error where the exact value is zero."""
+    """‖x − x̂‖∞ / ‖x̂‖∞; the absolute error where the exact value is zero, or only not because the state is rounded
+    (a constraint at a rounded quaternion)."""
     with mpmath.workdps(DIGITS):
         error = max(abs(mpmath.mpf(float(x)) - y) for x, y in zip(computed, exact, strict=True))
         scale = max(abs(y) for y in exact)
-        return float(error / scale) if scale else float(error)
+        return float(error / scale) if scale > ZERO else float(error)
