@@ -35,7 +35,7 @@ class Names:
         name = base
         number = self._next.get(base, 2)
         while name in self._taken or name.lower() in _TAKEN:
-            name = f"{base}_{number}"
+            name = f"{base.rstrip('_')}_{number}"
             number += 1
         self._next[base] = number
         self._taken.add(name)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from symgen.program.instructions import Counts, Port, Program
+from symgen.targets.c.comments import comment_text
 from symgen.targets.c.expressions import ATOM, Expression, call, count_operations, product, quotient, total
 from symgen.targets.c.literals import ConstantTable
 from symgen.targets.c.names import Names
@@ -244,7 +245,7 @@ class _Writer:
 
     def code(self, text: str, phase: str) -> None:
         if phase and phase != self.heading:
-            self.lines.append(("heading", phase))
+            self.lines.append(("heading", comment_text(phase)))
             self.heading = phase
         self.lines.append(("code", text))
 
