@@ -77,7 +77,7 @@ def test_compiled_arithmetic_bit_for_bit(precision: str, cc: str, tmp_path: Path
 
 @pytest.mark.parametrize("trigonometry", ["polynomial", "libm"])
 def test_compiled_functions_under_sanitizers(trigonometry: str, tmp_path: Path) -> None:
-    """With trigonometry: near the same program in Python floats, where changes in the 13th digit of its functions change little."""
+    """Near the same program in Python floats, where a change in the 13th digit of its functions changes little."""
     operations = ("add", "sub", "mul", "cos", "sin", "cos_sqrt", "sinc_sqrt", "sinc3_sqrt", "neg")
     programs = [random_program(seed, 12, operations, f"f{seed}") for seed in range(30)]
     emitted = emit_c("demo", programs, info(trigonometry=trigonometry))

@@ -214,9 +214,9 @@ class _Writer:
             return
         instruction = self.instructions[index]
         argument = self.at(instruction.args[0])
-        both = self.pairs.get(instruction.args[0])
+        both = self.pairs.get(instruction.args[0], ())
         c_type = self.table.precision.c_type
-        if both is None:
+        if index not in both:
             name = self.trigonometric_name(index, argument)
             self.code(f"const {c_type} {name} = {self.call(instruction.op, argument).text};", instruction.phase)
             self.expressions[index] = Expression(name)
@@ -263,11 +263,11 @@ def _pairs(program: Program, functions: Functions) -> dict[int, tuple[int, int]]
     """Argument → the two instructions that take its cosine and its sine, where both are there."""
     if not functions.pair:
         return {}
-    found: dict[int, list[int]] = {}
+    found: dict[int, dict[str, int]] = {}
     for index, instruction in enumerate(program.instructions):
         if instruction.op in ("cos", "sin"):
-            found.setdefault(instruction.args[0], []).append(index)
-    return {argument: (both[0], both[1]) for argument, both in found.items() if len(both) == 2}
+            found.setdefault(instruction.args[0], {}).setdefault(instruction.op, index)
+    return {argument: (min(both.values()), max(both.values())) for argument, both in found.items() if len(both) == 2}
 
 
 def _fill(texts: list[str]) -> list[str]:
