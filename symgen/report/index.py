@@ -1,0 +1,31 @@
+"""The index: a card per scene."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from markupsafe import Markup
+
+from symgen.report.environment import asset, render
+from symgen.report.page import IndexEntry, write_text
+from symgen.version import VERSION
+
+
+def write_index(path: str | Path, entries: Sequence[IndexEntry]) -> Path:
+    """Write the index page to ``path`` (a file, or a folder that gets an index.html) and return where it is.
+
+    Links are relative, so the folder may move. Raises SceneError when the page cannot be written.
+    """
+    path = Path(path)
+    path = path if path.suffix == ".html" else path / "index.html"
+    cards = []
+    for entry in sorted(entries, key=lambda e: e.name):
+        link = Path(os.path.relpath(entry.report, path.parent)).as_posix() if entry.report is not None else ""
+        style = {True: "pass", False: "fail", None: "quiet"}[entry.passed]
+        cards.append({"entry": entry, "link": link, "style": style})
+    failed = [entry.name for entry in entries if entry.passed is False]
+    style_sheet = Markup(asset("style.css"))  # noqa: S704
+    write_text(path, render("report/index.html.j2", cards=cards, failed=failed, style=style_sheet, version=VERSION))
+    return path

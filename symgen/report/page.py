@@ -1,0 +1,281 @@
+"""One page per scene: facts gathered from every room, laid out by templates/report."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import os
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from markupsafe import Markup
+
+from symgen import show
+from symgen.errors import NotSupportedError, SceneError
+from symgen.report import motion_plots, tables, words
+from symgen.report.camera import render as render_drawing
+from symgen.report.drawing import Drawing
+from symgen.report.environment import asset, render
+from symgen.report.equations import equations
+from symgen.report.live import drawing_json
+from symgen.report.mechanism import display_words, draw
+from symgen.report.plots import Bar, bar_chart
+from symgen.report.rank import constraint_rank
+from symgen.report.sketch import body_colour
+from symgen.report.sources import excerpts
+from symgen.report.topology_graph import topology_graph
+from symgen.scene.joints import JOINT_TYPES
+from symgen.scene.model import Scene
+from symgen.scene.outputs import function_name
+from symgen.system import System, derive
+from symgen.validation.result import ValidationResult
+from symgen.version import VERSION
+
+if TYPE_CHECKING:
+    from symgen.artifact import Artifact
+
+SECTIONS = (
+    ("problem", "Problem"),
+    ("mechanism", "Mechanism"),
+    ("topology", "Topology"),
+    ("natural", "Natural coordinates"),
+    ("equations", "Equations"),
+    ("operations", "Operation counts"),
+    ("code", "Generated code"),
+    ("certificates", "Certificates"),
+    ("validation", "Validation"),
+    ("parameters", "Parameters"),
+    ("provenance", "Provenance"),
+)
+MAX_MATRIX = 40
+"""Bodies up to which path matrices are printed."""
+
+
+@dataclass(frozen=True)
+class IndexEntry:
+    """What the index says of a scene. ``report``: its page, None when there is none."""
+
+    name: str
+    report: Path | None
+    summary: str
+    verdict: str
+    passed: bool | None
+    """None: nothing was checked."""
+    drawing: Markup = Markup("")
+
+
+def write_report(
+    path: str | Path, scene: Scene, validation_result: ValidationResult | None = None, artifact: Artifact | None = None
+) -> IndexEntry:
+    """Write the page of a scene and return its line of the index.
+
+    ``artifact``: what `symgen.generate` made of the scene; without it the functions are generated in a temporary
+    folder. Scenes with closed loops get a page without functions. The bytes depend on the arguments alone.
+    Raises SceneError when the page cannot be written.
+    """
+    path = Path(path)
+    system = derive(scene)
+    refusal = _refusal(system)
+    drawing = draw(system)
+    if refusal:
+        page = render_page(system, drawing, refusal, None, None, validation_result)
+    elif artifact is not None:
+        page = render_page(system, drawing, "", artifact.directory, artifact.manifest, validation_result)
+    else:
+        from symgen.generate import generate
+
+        with tempfile.TemporaryDirectory(prefix="symgen-report-") as folder:
+            made = generate(scene, Path(folder) / "artifact", system=system)
+            page = render_page(system, drawing, "", made.directory, made.manifest, validation_result)
+    write_text(path, page)
+    return _entry(path, system, drawing, refusal, validation_result)
+
+
+def write_text(path: Path, text: str) -> None:
+    """The whole file or nothing."""
+    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        beside.write_text(text, encoding="utf-8")
+        beside.replace(path)
+    except OSError as error:
+        beside.unlink(missing_ok=True)
+        raise SceneError(f"cannot write the report: {error.strerror}", str(path)) from None
+
+
+def _refusal(system: System) -> str:
+    try:
+        system.require_tree()
+    except NotSupportedError as error:
+        return str(error)
+    return ""
+
+
+def render_page(
+    system: System,
+    drawing: Drawing,
+    refusal: str,
+    directory: Path | None,
+    manifest: Mapping[str, Any] | None,
+    result: ValidationResult | None,
+) -> str:
+    """The page as text. ``refusal``: why the scene has no functions, empty when it has."""
+    script = Markup(asset("mechanism.js"))  # noqa: S704
+    values: dict[str, object] = {
+        "version": VERSION,
+        "style": Markup(asset("style.css")),  # noqa: S704
+        "script": script,
+        "script_hash": base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+        "sections": SECTIONS,
+        "scene": system.scene,
+        "refusal": refusal,
+        "manifest": manifest,
+        "badge": _badge(result, refusal),
+        "facts": _facts(system, manifest),
+    }
+    values |= _problem(system) | _mechanism(system, drawing) | _topology(system) | _natural(system)
+    values |= _operations(system, refusal) | _code(directory, manifest) | motion_plots.validation_values(result, refusal)
+    values |= {"parameters": tables.parameters(system), "provenance": _provenance(system, result)}
+    return render("report/page.html.j2", **values)
+
+
+def _badge(result: ValidationResult | None, refusal: str) -> Markup:
+    if refusal:
+        return Markup('<span class="badge">topology only</span>')
+    if result is None or not result.rows:
+        return Markup('<span class="badge">not validated</span>')
+    text, style = verdict(result)
+    return Markup('<span class="badge {}">{}</span>').format(style, text)
+
+
+def verdict(result: ValidationResult) -> tuple[str, str]:
+    """Text, and the class it is set in."""
+    if result.passed:
+        return f"✓ {words.counted(len(result.rows), 'check')} passed", "pass"
+    return f"✗ {len(result.failures())} of {len(result.rows)} checks failed", "fail"
+
+
+def _facts(system: System, manifest: Mapping[str, Any] | None) -> list[tuple[str, str]]:
+    tree, natural = system.tree, system.natural
+    found = [
+        ("moving bodies", str(len(tree.bodies))),
+        ("degrees of freedom" if not tree.cut_joints else "tree velocities", str(tree.nv)),
+        ("natural coordinates", str(natural.nn)),
+        ("constraints", str(natural.nc)),
+    ]
+    if manifest:
+        found.append(("certified functions", str(len(manifest["functions"]))))
+    return found
+
+
+def _problem(system: System) -> dict[str, object]:
+    scene = system.scene
+    sentences = [
+        (joint.name, words.joint_sentence(joint, joint.parent, joint.child)) for joint in scene.joints
+    ]
+    return {
+        "introduction": words.introduction(system),
+        "joint_sentences": sentences,
+        "force_sentences": words.force_sentences(scene),
+        "asked": [output.name for output in system.outputs],
+        "bodies": tables.bodies(system),
+    }
+
+
+def _mechanism(system: System, drawing: Drawing) -> dict[str, object]:
+    return {
+        "mechanism": render_drawing(drawing, interactive="mechanism"),
+        "mechanism_data": drawing_json(drawing),
+        "mechanism_caption": display_words(system),
+        "legend": [(body.name, body_colour(body.index)) for body in system.tree.bodies],
+    }
+
+
+def _topology(system: System) -> dict[str, object]:
+    types = dict.fromkeys(joint.type for joint in system.scene.joints)
+    letters = [f"{JOINT_TYPES[name].letter} {name}" for name in types if JOINT_TYPES[name].letter]
+    small = len(system.tree.bodies) <= MAX_MATRIX
+    return {
+        "graph": topology_graph(system),
+        "letters": ", ".join(letters),
+        "cut_joints": tables.cut_joints(system),
+        "joints": tables.joints(system),
+        "coordinates": tables.coordinates(system),
+        "path_matrix": tables.path_matrix(system, secondary=False) if small else None,
+        "secondary_path_matrix": tables.path_matrix(system, secondary=True) if small else None,
+    }
+
+
+def _natural(system: System) -> dict[str, object]:
+    natural, rank = system.natural, constraint_rank(system)
+    nullity, nv = natural.nn - rank, system.tree.nv
+    plane = " The mechanism is planar: points have two coordinates." if natural.plane is not None else ""
+    equal = "equal to" if nullity == nv else "not equal to"
+    freedom = "degrees of freedom" if not system.tree.cut_joints else "velocities of the open tree"
+    sentence = (
+        f"{natural.nn} natural coordinates x satisfy {natural.nc} constraints Ψ(x) = 0. The Jacobian Ψ_q has rank {rank} "
+        f"at a random configuration (exact, in a prime field), so its nullity is {natural.nn} − {rank} = {nullity}, {equal} "
+        f"the number of {freedom}, {nv}.{plane}"
+    )
+    return {"nullity": sentence, "entities": tables.entities(system), "carriers": tables.carriers(system)}
+
+
+def _operations(system: System, refusal: str) -> dict[str, object]:
+    if refusal:
+        return {"plans": None, "plan_chart": "", "equations": [], "equations_note": ""}
+    rows = show.plan_rows(system)
+    groups: dict[str, list[Bar]] = {}
+    for row in rows:
+        if row["flops"]:
+            groups.setdefault(row["function"], []).append(Bar(row["plan"], row["flops"], row["chosen"]))
+    several = [(name, bars) for name, bars in groups.items() if len(bars) > 1]
+    chart = bar_chart(several, "Operations of every plan, by function", "flops") if several else ""
+    return {
+        "plans": tables.plans(rows),
+        "plan_chart": chart,
+        "equations": equations(system),
+        "equations_note": "No equations are printed.",
+    }
+
+
+def _code(directory: Path | None, manifest: Mapping[str, Any] | None) -> dict[str, object]:
+    if directory is None or not manifest:
+        return {"functions": None, "certificates": None, "excerpts": []}
+    return {
+        "functions": tables.functions(manifest),
+        "certificates": tables.certificates(manifest),
+        "excerpts": excerpts(directory, manifest),
+    }
+
+
+def _provenance(system: System, result: ValidationResult | None) -> list[tuple[str, str]]:
+    scene, options = system.scene, system.scene.options
+    found = [
+        ("scene", scene.source or scene.name),
+        ("SHA-256 of its meaning", scene.sha256 or "none"),
+        ("symgen", VERSION),
+        ("precision", options.precision),
+        ("sine and cosine", options.trigonometry),
+        ("velocity of floating bodies", options.base_velocity),
+    ]
+    if result is not None:
+        found += [(f"{name}, simulator", version) for name, version in sorted(result.versions.items())]
+        found.append(("random states", f"{result.states}, seed {result.seed}"))
+    return found
+
+
+def _entry(
+    path: Path, system: System, drawing: Drawing, refusal: str, result: ValidationResult | None
+) -> IndexEntry:
+    functions = words.counted(len({function_name(output.name) for output in system.outputs}), "function")
+    summary = " ".join(words.introduction(system)[:1]) + (f" {functions[0].upper()}{functions[1:]}." if not refusal else "")
+    if refusal:
+        text, passed = "topology only: closed loops are not derived", None
+    elif result is None or not result.rows:
+        text, passed = "not validated", None
+    else:
+        text, passed = verdict(result)[0], result.passed
+    return IndexEntry(system.scene.name, path, summary, text, passed, render_drawing(drawing))

@@ -1,0 +1,189 @@
+"""Small plots as inline SVG: lines over time, errors over step sizes on logarithmic axes, bars.
+
+Colours come from classes (``s0`` … ``s6``) of the style sheet, so that a plot follows light and dark.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from markupsafe import Markup
+
+from symgen.report.svg import figure, num, path, tag
+
+SERIES = 7
+"""Colours of the style sheet."""
+SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+FLAT = 1e-9
+"""A range below this part of the values is drawn as a flat line."""
+
+
+@dataclass(frozen=True)
+class Series:
+    name: str
+    x: tuple[float, ...]
+    y: tuple[float, ...]
+    marks: bool = False
+    style: int = 0
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Values to pixels. ``low`` and ``high`` are exponents of ten where ``log`` is set."""
+
+    low: float
+    high: float
+    start: float
+    end: float
+    log: bool = False
+
+    def at(self, value: float) -> float:
+        x = math.log10(value) if self.log else value
+        return self.start + (self.end - self.start) * (x - self.low) / (self.high - self.low)
+
+    def ticks(self) -> list[tuple[float, str]]:
+        """(pixel, text)."""
+        if self.log:
+            step = max(1, math.ceil((self.high - self.low) / 7))
+            exponents = range(math.ceil(self.low - 1e-9), math.floor(self.high + 1e-9) + 1, step)
+            return [(self.at(10.0**k), power(k)) for k in exponents]
+        step_size = nice_step((self.high - self.low) / 4)
+        first, last = math.ceil(self.low / step_size - 1e-9), math.floor(self.high / step_size + 1e-9)
+        digits = max(0, -math.floor(math.log10(step_size) + 1e-9))
+        return [(self.at(k * step_size), minus(num(k * step_size, digits))) for k in range(first, last + 1)]
+
+
+def minus(text: str) -> str:
+    return text.replace("-", "−")
+
+
+def power(exponent: int) -> str:
+    return "10" + str(exponent).translate(SUPERSCRIPT)
+
+
+def nice_step(rough: float) -> float:
+    """1, 2 or 5 times a power of ten, at least ``rough``."""
+    base = 10.0 ** math.floor(math.log10(rough))
+    return next(base * m for m in (1, 2, 5, 10) if base * m >= rough * (1 - 1e-9))
+
+
+def linear_axis(values: Sequence[float], start: float, end: float) -> Axis:
+    low, high = min(values), max(values)
+    if high - low <= FLAT * max(abs(low), abs(high), 1e-3):
+        middle = (low + high) / 2
+        reach = max(abs(middle) * 0.5, 0.5)
+        low, high = middle - reach, middle + reach
+    room = 0.06 * (high - low)
+    return Axis(low - room, high + room, start, end)
+
+
+def log_axis(values: Sequence[float], start: float, end: float) -> Axis:
+    """Whole decades where few fit, else a little room."""
+    low, high = math.log10(min(values)), math.log10(max(values))
+    return Axis(math.floor(low - 0.05), math.ceil(high + 0.05), start, end, log=True)
+
+
+def _frame(x: Axis, y: Axis, x_label: str, y_label: str) -> list[Markup]:
+    """Grid, tick labels, names of the axes."""
+    left, right, bottom, top = x.start, x.end, y.start, y.end
+    parts = [tag("path", class_="grid", d=path([(p, bottom), (p, top)])) for p, _ in x.ticks()]
+    parts += [tag("path", class_="grid", d=path([(left, p), (right, p)])) for p, _ in y.ticks()]
+    parts.append(tag("path", class_="axis", d=path([(left, top), (left, bottom), (right, bottom)])))
+    parts += [tag("text", text, x=p, y=bottom + 16, text_anchor="middle") for p, text in x.ticks()]
+    parts += [tag("text", text, x=left - 6, y=p + 4, text_anchor="end") for p, text in y.ticks()]
+    parts.append(tag("text", x_label, class_="name", x=(left + right) / 2, y=bottom + 33, text_anchor="middle"))
+    parts.append(tag("text", y_label, class_="name", x=left - 4, y=top - 9, text_anchor="start"))
+    return parts
+
+
+def _curve(series: Series, x: Axis, y: Axis) -> list[Markup]:
+    points = [(x.at(a), y.at(b)) for a, b in zip(series.x, series.y, strict=True) if math.isfinite(b)]
+    style = f"s{series.style % SERIES}"
+    parts = [tag("path", class_=f"curve {style}", d=path(points))] if len(points) > 1 else []
+    if series.marks:
+        parts += [_mark(series.style, a, b, style) for a, b in points]
+    return parts
+
+
+def _mark(kind: int, x: float, y: float, style: str) -> Markup:
+    """Circle, square, diamond: series differ by more than colour."""
+    if kind % 3 == 0:
+        return tag("circle", class_=f"mark {style}", cx=x, cy=y, r="4")
+    if kind % 3 == 1:
+        return tag("rect", class_=f"mark {style}", x=x - 3.6, y=y - 3.6, width="7.2", height="7.2")
+    return tag("path", class_=f"mark {style}", d=path([(x - 5, y), (x, y - 5), (x + 5, y), (x, y + 5)], close=True))
+
+
+def line_plot(series: Sequence[Series], title: str, x_label: str, y_label: str, width: float = 330, height: float = 190) -> Markup:
+    """Values over time."""
+    x = linear_axis_exact([a for s in series for a in s.x], 58, width - 14)
+    y = linear_axis([b for s in series for b in s.y if math.isfinite(b)] or [0.0], height - 42, 26)
+    curves = [part for s in series for part in _curve(s, x, y)]
+    return figure([*_frame(x, y, x_label, y_label), *curves], width, height, title, class_="plot")
+
+
+def linear_axis_exact(values: Sequence[float], start: float, end: float) -> Axis:
+    """From the first value to the last, without room at the ends."""
+    low, high = min(values), max(values)
+    return Axis(low, high if high > low else low + 1.0, start, end)
+
+
+def loglog_plot(
+    series: Sequence[Series], title: str, x_label: str, y_label: str, slopes: Sequence[int] = (), width: float = 560,
+    height: float = 340,
+) -> Markup:  # fmt: skip
+    """Errors over step sizes, with a reference line for each order in ``slopes``."""
+    xs = [a for s in series for a in s.x if a > 0]
+    ys = [b for s in series for b in s.y if b > 0 and math.isfinite(b)]
+    if not xs or not ys:
+        return Markup("")
+    x, y = log_axis(xs, 66, width - 26), log_axis(ys, height - 46, 30)
+    parts = _frame(x, y, x_label, y_label)
+    for s in series:
+        kept = [(a, b) for a, b in zip(s.x, s.y, strict=True) if b > 0]
+        clean = Series(s.name, tuple(a for a, _ in kept), tuple(b for _, b in kept), True, s.style)
+        parts += _curve(clean, x, y)
+        if s.style < len(slopes) and kept:
+            parts += _slope(kept[0], slopes[s.style], x, y)
+    return figure(parts, width, height, title, class_="plot")
+
+
+def _slope(first: tuple[float, float], order: int, x: Axis, y: Axis) -> list[Markup]:
+    """A dashed line of the expected order through the coarsest point, cut at the frame."""
+    a, b = first
+    decades = min((math.log10(b) - y.low) / order, math.log10(a) - x.low)
+    if decades <= 0:
+        return []
+    end = (x.at(a * 10**-decades), y.at(b * 10 ** (-order * decades)))
+    text = tag("text", f"order {order}", x=end[0] + 8, y=end[1] - 8, class_="name")
+    return [tag("path", class_="slope", d=path([(x.at(a), y.at(b)), end])), text]
+
+
+@dataclass(frozen=True)
+class Bar:
+    label: str
+    value: int
+    chosen: bool
+
+
+def bar_chart(groups: Sequence[tuple[str, Sequence[Bar]]], title: str, unit: str) -> Markup:
+    """Horizontal bars in groups; within a group lengths are in proportion, the longest fills the width."""
+    left, full, step, gap = 168.0, 330.0, 20.0, 30.0
+    parts: list[Markup] = []
+    y = 6.0
+    for name, bars in groups:
+        parts.append(tag("text", name, class_="group", x="0", y=y + 13))
+        y += 22
+        most = max(bar.value for bar in bars) or 1
+        for bar in bars:
+            length = max(2.0, full * bar.value / most)
+            style = "bar chosen" if bar.chosen else "bar"
+            parts.append(tag("text", bar.label, x=left - 8, y=y + 12, text_anchor="end"))
+            parts.append(tag("rect", class_=style, x=left, y=y + 1, width=length, height=step - 6, rx="2"))
+            note = f"{bar.value:,}".replace(",", " ") + (f" {unit}, chosen" if bar.chosen else "")
+            parts.append(tag("text", note, class_="value", x=left + length + 7, y=y + 12))
+            y += step
+        y += gap - step
+    return figure(parts, left + full + 150, y, title, class_="plot bars")

@@ -1,0 +1,156 @@
+"""The graph of a scene as a drawing: bodies are nodes (node 0 is ground), joints are edges, cut joints dashed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from markupsafe import Markup
+
+from symgen.report.sketch import body_colour
+from symgen.report.svg import figure, num, path, tag
+from symgen.scene.joints import JOINT_TYPES
+from symgen.scene.model import GROUND, Joint, Scene
+from symgen.system import System
+
+RADIUS = 17.0
+ACROSS, ALONG = 92.0, 128.0
+"""Between branches, between a node and its children, in pixels."""
+LONG = 11
+"""Deeper trees are drawn from top to bottom."""
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Depth and branch of every node; ``flip`` draws from top to bottom."""
+
+    place: dict[str, tuple[float, int]]
+    depth: int
+    branches: float
+    flip: bool
+
+    def at(self, name: str) -> tuple[float, float]:
+        branch, depth = self.place[name]
+        along, across = 60 + depth * (ALONG if not self.flip else 74), 46 + branch * (ACROSS if not self.flip else 210)
+        return (across + 40, along - 20) if self.flip else (along, across)
+
+    @property
+    def size(self) -> tuple[float, float]:
+        if self.flip:
+            return 86 + self.branches * 210 + 190, 80 + self.depth * 74
+        return 120 + self.depth * ALONG, 92 + self.branches * ACROSS
+
+
+def _layout(tree: list[Joint]) -> _Layout:
+    children: dict[str, list[str]] = {}
+    for joint in tree:
+        children.setdefault(joint.parent, []).append(joint.child)
+    order, depth = [GROUND], {GROUND: 0}
+    for name in order:
+        for child in children.get(name, []):
+            depth[child] = depth[name] + 1
+            order.append(child)
+    branch: dict[str, float] = {}
+    leaves = 0.0
+    stack = [(GROUND, False)]
+    while stack:
+        name, done = stack.pop()
+        own = children.get(name, [])
+        if not own:
+            branch[name] = leaves
+            leaves += 1
+        elif done:
+            branch[name] = (branch[own[0]] + branch[own[-1]]) / 2
+        else:
+            stack.append((name, True))
+            stack.extend((child, False) for child in reversed(own))
+    deepest = max(depth.values())
+    place = {name: (branch[name], depth[name]) for name in order}
+    return _Layout(place, deepest, leaves - 1, deepest >= LONG)
+
+
+def topology_graph(system: System) -> Markup:
+    """The graph; every node has its number in the tree, every edge its joint's name and letter."""
+    scene, tree = system.scene, system.tree
+    cut = {joint.name for joint in tree.cut_joints}
+    layout = _layout([joint for joint in scene.joints if joint.name not in cut])
+    number = {name: index for name, (index, _) in tree.frames.items()}
+    parts: list[Markup] = []
+    labels: list[Markup] = []
+    for joint in scene.joints:
+        edge, label = _edge(joint, layout, joint.name in cut)
+        parts.append(edge)
+        labels.append(label)
+    for name in layout.place:
+        parts.append(_node(name, number.get(name, -1), layout, scene))
+    width, height = layout.size
+    if cut:
+        height += 56
+    title = f"Graph of {scene.name}: " + "; ".join(_words(joint, joint.name in cut) for joint in scene.joints)
+    return figure([*parts, *labels], width, height, title, class_="graph")
+
+
+def _words(joint: Joint, cut: bool) -> str:
+    return f"{joint.name} from {joint.parent} to {joint.child}" + (", cut" if cut else "")
+
+
+def _short(name: str, room: int) -> str:
+    return name if len(name) <= room else name[: room - 1] + "…"
+
+
+def _node(name: str, index: int, layout: _Layout, scene: Scene) -> Markup:
+    """A numbered disc; a welded body shares its group's number and is drawn small."""
+    x, y = layout.at(name)
+    welded = any(joint.child == name and joint.type == "fixed" for joint in scene.joints)
+    text = "0" if name == GROUND else str(index + 1)
+    radius = 11.0 if welded else RADIUS
+    disc = tag("circle", cx=x, cy=y, r=radius, stroke=body_colour(index), class_="node")
+    digit = tag("text", text, x=x, y=y + 5, text_anchor="middle", class_="digit")
+    if layout.flip:
+        label = tag("text", _short(name, 24), x=x + radius + 8, y=y + 5)
+    else:
+        label = tag("text", _short(name, 16), x=x, y=y + radius + 17, text_anchor="middle")
+    ground = tag("path", class_="hatch", d=_ground_strokes(x, y, layout.flip)) if name == GROUND else Markup("")
+    return tag("g", ground, disc, digit, label)
+
+
+def _ground_strokes(x: float, y: float, flip: bool) -> str:
+    if flip:
+        return "".join(path([(x + k - 4, y - RADIUS - 8), (x + k + 3, y - RADIUS - 1)]) for k in range(-16, 17, 8))
+    return "".join(path([(x - RADIUS - 9, y + k + 4), (x - RADIUS - 2, y + k - 3)]) for k in range(-16, 17, 8))
+
+
+def _edge(joint: Joint, layout: _Layout, cut: bool) -> tuple[Markup, Markup]:
+    (x1, y1), (x2, y2) = layout.at(joint.parent), layout.at(joint.child)
+    letter = JOINT_TYPES[joint.type].letter
+    text = _short(joint.name, 14 if not layout.flip else 26) + (f" ({letter})" if letter else " (fixed)")
+    if cut:
+        return _cut_edge(joint, (x1, y1), (x2, y2), layout, text)
+    length = math.hypot(x2 - x1, y2 - y1)
+    ux, uy = (x2 - x1) / length, (y2 - y1) / length
+    start, end = (x1 + (RADIUS + 3) * ux, y1 + (RADIUS + 3) * uy), (x2 - (RADIUS + 5) * ux, y2 - (RADIUS + 5) * uy)
+    style = "edge fixed" if joint.type == "fixed" else "edge"
+    middle = ((x1 + x2) / 2, (y1 + y2) / 2)
+    if layout.flip:
+        label = tag("text", text, x=middle[0] + 10, y=middle[1] + 4, class_="joint")
+    else:
+        label = tag("text", text, x=middle[0], y=middle[1] - 9, text_anchor="middle", class_="joint")
+    return tag("g", tag("path", class_=style, d=path([start, end])), _head(end, (ux, uy))), label
+
+
+def _head(tip: tuple[float, float], along: tuple[float, float]) -> Markup:
+    (x, y), (ux, uy) = tip, along
+    wings = [(x - 8 * ux - 4 * uy, y - 8 * uy + 4 * ux), (x, y), (x - 8 * ux + 4 * uy, y - 8 * uy - 4 * ux)]
+    return tag("path", class_="head", d=path(wings, close=True))
+
+
+def _cut_edge(
+    joint: Joint, start: tuple[float, float], end: tuple[float, float], layout: _Layout, text: str
+) -> tuple[Markup, Markup]:
+    """A dashed arc that bulges away from the tree."""
+    (x1, y1), (x2, y2) = start, end
+    bend = 62.0
+    middle = ((x1 + x2) / 2 + (bend if layout.flip else 0), max(y1, y2) + (0 if layout.flip else bend))
+    curve = f"M{num(x1)} {num(y1)}Q{num(middle[0])} {num(middle[1])} {num(x2)} {num(y2)}"
+    label = tag("text", f"{text}, cut", x=middle[0], y=middle[1] - 6, text_anchor="middle", class_="joint cut")
+    return tag("path", class_="edge cut", d=curve), label

@@ -1,0 +1,135 @@
+"""The problem statement: a scene in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+
+from symgen.scene.model import GROUND, Joint, JointSpring, Scene, Spring
+from symgen.show import number, vector
+from symgen.system import System
+from symgen.topology.tree import TreeBody
+
+AXES = {(1, 0, 0): "x", (0, 1, 0): "y", (0, 0, 1): "z"}
+COUNT = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+
+
+def minus(text: str) -> str:
+    """A number with a real minus sign, for reading."""
+    return text.replace("-", "−")
+
+
+def exact(value: Fraction) -> str:
+    return minus(number(value))
+
+
+def triple(values: Sequence[Fraction]) -> str:
+    return minus(vector(values)).replace("[", "(").replace("]", ")")
+
+
+def counted(n: int, singular: str, plural: str = "") -> str:
+    word = COUNT[n] if n < len(COUNT) else str(n)
+    return f"{word} {singular if n == 1 else plural or singular + 's'}"
+
+
+def listed(items: Sequence[str]) -> str:
+    """``a, b and c``."""
+    return items[0] if len(items) == 1 else ", ".join(items[:-1]) + " and " + items[-1] if items else "nothing"
+
+
+def direction(axis: Sequence[Fraction]) -> str:
+    """An axis by the name of a coordinate axis where it is one."""
+    plain = tuple(axis)
+    if plain in AXES:
+        return AXES[plain]  # type: ignore[index]
+    negative = tuple(-c for c in plain)
+    return f"−{AXES[negative]}" if negative in AXES else triple(plain)  # type: ignore[index]
+
+
+def _kind(system: System) -> str:
+    tree = system.tree
+    plane = "planar " if system.natural.plane is not None else ""
+    if tree.cut_joints:
+        return f"a {plane}mechanism with {counted(len(tree.cut_joints), 'closed loop')}"
+    branched = any(len(row) > 1 for row in tree.children) or sum(b.parent < 0 for b in tree.bodies) > 1
+    if len(tree.bodies) == 1:
+        return f"a single {'body in the plane' if plane else 'rigid body'}"
+    return f"a {plane}{'tree' if branched else 'chain'} of rigid bodies"
+
+
+def _standing(system: System) -> str:
+    """How the tree stands on the ground."""
+    roots = [body for body in system.tree.bodies if body.parent < 0]
+    floating = [body.name for body in roots if body.joint.type == "floating"]
+    if len(floating) == len(roots):
+        return "It is not fixed to the ground."
+    return f"It stands on the ground by {listed([b.joint.name for b in roots if b.joint.type != 'floating'])}."
+
+
+def introduction(system: System) -> list[str]:
+    """What the mechanism is, how it may move, what acts on it: one sentence each."""
+    scene, tree = system.scene, system.tree
+    bodies = counted(len(tree.bodies), "moving body", "moving bodies")
+    sentences = [f"{scene.name} is {_kind(system)}: {bodies}, {counted(len(scene.joints), 'joint')}.", _standing(system)]
+    if tree.cut_joints:
+        names = listed([joint.name for joint in tree.cut_joints])
+        sentences.append(f"Its spanning tree, left when {names} is cut, has {counted(tree.nv, 'degree')} of freedom.")
+    else:
+        sentences.append(f"It has {counted(tree.nv, 'degree')} of freedom.")
+    size = sum(g * g for g in scene.gravity)
+    if size:
+        sentences.append(f"Gravity is {triple(scene.gravity)} m/s² in ground axes.")
+    else:
+        sentences.append("There is no gravity.")
+    return sentences
+
+
+def joint_sentence(joint: Joint, parent: str, child: str) -> str:
+    """What a joint lets its child do."""
+    origin, turns = joint.origin, joint.origin.rotation
+    there = "the ground" if parent == GROUND else parent
+    at = f"at {triple(origin.translation)} m of {there}"
+    oriented = "" if all(turns[i][i] == 1 for i in range(3)) else ", in axes turned against it"
+    axis = direction(joint.axis) if joint.axis is not None else ""
+    kinds = {
+        "revolute": f"turns about {axis}",
+        "continuous": f"turns about {axis} without end",
+        "prismatic": f"slides along {axis}",
+        "helical": f"turns about {axis} and climbs {exact(joint.pitch or Fraction(0))} m per radian",
+        "cylindrical": f"turns about and slides along {axis}",
+        "universal": f"turns about {axis} of {there} and {direction(joint.axis2 or ())} of its own",
+        "planar": "slides along x and y and turns about z",
+        "spherical": "turns any way about a point",
+        "floating": "moves freely",
+        "fixed": "is fixed",
+    }
+    extra = []
+    if joint.armature:
+        extra.append(f"armature {exact(joint.armature)}")
+    if joint.damping:
+        extra.append(f"damping {exact(joint.damping)}")
+    tail = f" ({', '.join(extra)})" if extra else ""
+    where = "" if joint.type == "floating" else f" {at}{oriented}"
+    return f"{child} {kinds[joint.type]}{where}{tail}."
+
+
+def force_sentences(scene: Scene) -> list[str]:
+    sentences = []
+    for force in scene.forces:
+        name = f"{force.name}: " if force.name else ""
+        if isinstance(force, Spring):
+            (a, b), (p, q) = force.between, force.points
+            sentences.append(
+                f"{name}a spring of {exact(force.stiffness)} N/m and {exact(force.damping)} N·s/m, {exact(force.length)} m "
+                f"long at rest, joins {triple(p)} m of {a} and {triple(q)} m of {b}."
+            )
+        elif isinstance(force, JointSpring):
+            sentences.append(
+                f"{name}a spring on {force.joint}: stiffness {exact(force.stiffness)}, damping {exact(force.damping)}, "
+                f"at rest at {exact(force.rest)}."
+            )
+    return sentences
+
+
+def parent_name(system: System, body: TreeBody) -> str:
+    return system.tree.bodies[body.parent].name if body.parent >= 0 else GROUND
