@@ -46,6 +46,8 @@ NEEDED = (
 
 Progress = Callable[[int, int, str], None]
 SEED = 20240
+STEPS = 7
+DYNAMICS = ("mass_matrix", "bias_force", "inverse_dynamics", "forward_dynamics")
 
 
 def validate(
@@ -75,23 +77,38 @@ def validate(
     if functions is not None:
         return _run(scene, tuple(against), states, functions, progress, seed)
     with tempfile.TemporaryDirectory(prefix="symgen-validate-") as folder:
-        functions = _generate(scene, Path(folder))
-        return _run(scene, tuple(against), states, functions, progress, seed)
+        if progress is not None:
+            progress(0, STEPS, "generate")
+        functions = _generate(scene, wanted_outputs(scene), "double", Path(folder))
+        result = _run(scene, tuple(against), states, functions, progress, seed)
+        if scene.options.precision == "double" or "pinocchio" not in against:
+            return result
+        single = _generate(scene, tuple(Output(name, (name,)) for name in DYNAMICS), "float", Path(folder))
+        rows, skipped = _single_precision(scene, single, states, seed)
+        return replace(result, rows=(*result.rows, *rows), skipped=(*result.skipped, *skipped))
 
 
 def wanted_outputs(scene: Scene) -> tuple[Output, ...]:
     """Every function the checks can use."""
     frames = [body.name for body in scene.bodies] + [frame.name for frame in scene.frames]
     names = [*NEEDED, *(f"frame_pose:{name}" for name in frames)]
-    return tuple(Output(name, (name,)) for name in names)
+    combined = (output for output in scene.outputs if len(output.of) > 1)
+    return (*(Output(name.replace(":", "_"), (name,)) for name in names), *combined)
 
 
-def _generate(scene: Scene, folder: Path) -> Any:
-    import symgen
+def _generate(scene: Scene, outputs: tuple[Output, ...], precision: str, folder: Path) -> Any:
+    from symgen.generate import generate
 
-    options = replace(scene.options, precision="double", targets=("c",), batch=False)
-    full = replace(scene, outputs=wanted_outputs(scene), options=options)
-    return symgen.generate(full, folder / "double").load()
+    options = replace(scene.options, precision=precision, targets=("c",), batch=False)
+    return generate(replace(scene, outputs=outputs, options=options), folder / precision).load()
+
+
+def _single_precision(scene: Scene, functions: Any, states: int, seed: int) -> tuple[list[Row], list[Skip]]:
+    """The float functions at the same states; the criterion grows with the unit roundoff, 2⁻²⁴ : 2⁻⁵³."""
+    from symgen.validation.compare import compare_with_pinocchio
+    from symgen.validation.functions import bind
+
+    return compare_with_pinocchio(scene, bind(functions, scene), states, seed, ", float", 2.0**29)
 
 
 @dataclass
@@ -118,6 +135,7 @@ def _run(
     scene: Scene, against: tuple[str, ...], states: int, functions: Any, progress: Progress | None, seed: int
 ) -> ValidationResult:
     from symgen.validation.closed_forms import closed_form_rows
+    from symgen.validation.compare import combined_rows, order_row
     from symgen.validation.differences import check_differences
     from symgen.validation.functions import bind
     from symgen.validation.mechanism import build_mechanism
@@ -125,10 +143,11 @@ def _run(
 
     mechanism = build_mechanism(scene)
     bound = bind(functions, scene)
-    report = _Report(6, progress)
+    report = _Report(STEPS, progress, done=1)
     report.step("Pinocchio")
     if "pinocchio" in against:
         _against_pinocchio(report, scene, bound, states, seed)
+    report.take([order_row(scene), *combined_rows(scene, bound, seed)])
     report.step("finite differences")
     report.take(*check_differences(mechanism, bound, seed + 1))
     trajectory = None

@@ -9,7 +9,7 @@ import numpy as np
 
 from symgen.scene.model import Scene
 from symgen.validation.functions import Bound
-from symgen.validation.mechanism import Array, Mechanism, link_poses, random_state
+from symgen.validation.mechanism import Array, Mechanism, build_mechanism, link_poses, order_matches, random_state
 from symgen.validation.pinocchio_model import Pinocchio, build_pinocchio
 from symgen.validation.result import Row, Skip
 
@@ -162,6 +162,36 @@ def pose_error(peer: Pinocchio, frame: str, q: Array, H: Array) -> float:
     there = peer.body_pose(q, frame)
     place = norm(H[:3, 3] - there.position) / max(1.0, norm(there.position))
     return max(norm(H[:3, :3] - there.rotation), place, norm(H[3] - np.array([0.0, 0.0, 0.0, 1.0])))
+
+
+def order_row(scene: Scene) -> Row:
+    """Positions and velocities lie where the derivation puts them, body by body and by name."""
+    from symgen.topology.tree import build_tree
+
+    bodies = build_tree(scene).bodies
+    names, starts = [body.name for body in bodies], [(body.q, body.v) for body in bodies]
+    agrees = order_matches(build_mechanism(scene), names, starts)
+    note = "depth first, by name"
+    return Row(SAME_STATE, "coordinate order differs", 0.0 if agrees else 1.0, 0.0, note, "symgen.topology")
+
+
+def combined_rows(scene: Scene, functions: Bound, seed: int) -> list[Row]:
+    """Functions that join several rows of the catalogue, against the single ones."""
+    rows: list[Row] = []
+    q, v, a, tau = sample_states(build_mechanism(scene), 20, seed)
+    arguments = {"q": q, "v": v, "a": a, "tau": tau, "dt": 0.1}
+    for output in scene.outputs:
+        parts = [part.replace(":", "_") for part in output.of]
+        if len(parts) < 2 or not functions.has(output.name, *parts):
+            continue
+        joined = functions.all(output.name, *(arguments[x] for x in functions.inputs(output.name)))
+        worst = 0.0
+        for part, ours in zip(parts, joined, strict=True):
+            alone = functions(part, *(arguments[x] for x in functions.inputs(part)))
+            worst = max(worst, norm(np.asarray(ours) - alone) / max(1.0, norm(alone)))
+        note = f"{' + '.join(output.of)}, 20 states"
+        rows.append(Row("combined functions", output.name, worst, CRITERION, note, "the single functions"))
+    return rows
 
 
 def adapters_agree(scene: Scene, seed: int) -> float:

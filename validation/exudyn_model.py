@@ -35,6 +35,10 @@ def exudyn_items() -> Any:
     return importlib.import_module("exudyn.itemInterface")
 
 
+SPARSE_FROM = 8
+"""Links from which Exudyn's sparse solver is the faster one."""
+
+
 @dataclass(frozen=True)
 class Terms:
     """M q̈ + Cᵀ λ = f, C q̈ = γ, of Exudyn's assembled system at its current state."""
@@ -45,15 +49,18 @@ class Terms:
     gamma: Array
 
     def accelerations(self) -> Array:
-        """q̈ from the KKT system (least squares, so that dependent constraint rows do no harm)."""
+        """q̈ from the KKT system, refined once; by least squares where dependent constraint rows make it singular."""
         n, m = self.M.shape[0], self.C.shape[0]
         if not m:
             return np.asarray(np.linalg.solve(self.M, self.f))
         K = np.block([[self.M, self.C.T], [self.C, np.zeros((m, m))]])
         rhs = np.concatenate([self.f, self.gamma])
-        solution = np.linalg.lstsq(K, rhs, rcond=1e-14)[0]
-        residual = rhs - K @ solution  # one step of refinement
-        solution = solution + np.linalg.lstsq(K, residual, rcond=1e-14)[0]
+        try:
+            solution = np.linalg.solve(K, rhs)
+            solution = solution + np.linalg.solve(K, rhs - K @ solution)
+        except np.linalg.LinAlgError:
+            solution = np.linalg.lstsq(K, rhs, rcond=1e-14)[0]
+            solution = solution + np.linalg.lstsq(K, rhs - K @ solution, rcond=1e-14)[0]
         return np.asarray(solution[:n])
 
 
@@ -123,6 +130,8 @@ class Model:
         """Poses of every link at ``samples`` equal times after 0, the last being ``end``."""
         options = settings(self.exu, steps, end)
         options.solutionSettings.sensorsWritePeriod = end / samples
+        if len(self.mechanism.links) > SPARSE_FROM:
+            options.linearSolverType = self.exu.LinearSolverType.EigenSparse
         success = self.mbs.SolveDynamic(options, solverType=getattr(self.exu.DynamicSolverType, solver))
         if success is False:
             raise ToolError(f"Exudyn's {solver} did not converge with {steps} steps")

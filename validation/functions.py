@@ -37,9 +37,18 @@ class Bound:
 
     def __call__(self, name: str, *arguments: Any) -> Array:
         """One function's single output, float64."""
+        return np.asarray(self.all(name, *arguments), dtype=float)
+
+    def all(self, name: str, *arguments: Any) -> Any:
+        """One function's outputs as it returns them: an array, or a tuple of them."""
         function: Function = getattr(self.functions, name)
-        result = function(*arguments, p=self.p) if self.p.size else function(*arguments)
-        return np.asarray(result, dtype=float)
+        takes_p = self.p.size > 0 and "p" in getattr(function, "inputs", ("p",))
+        return function(*arguments, p=self.p) if takes_p else function(*arguments)
+
+    def inputs(self, name: str) -> tuple[str, ...]:
+        """Names of a function's inputs, p excluded, where the function tells them."""
+        known = getattr(getattr(self.functions, name), "inputs", ())
+        return tuple(x for x in known if x != "p")
 
 
 def bind(functions: Any, scene: Scene) -> Bound:

@@ -159,6 +159,8 @@ def build_mechanism(scene: Scene, raw: dict[str, Array] | None = None) -> Mechan
 def order_matches(mechanism: Mechanism, names: Sequence[str], starts: Sequence[tuple[int, int]]) -> bool:
     """Does another's depth-first list (body names; where their q and v start) agree with ours?"""
     ours = [(link.name, link.q.start, link.v.start) for link in mechanism.links]
+    if len(names) != len(ours):
+        return False
     return ours == [(name, q, v) for name, (q, v) in zip(names, starts, strict=True)]
 
 

@@ -116,20 +116,25 @@ def _clean(value: object) -> object:
     return value
 
 
+def render_row(row: Row, quantity: int) -> str:
+    tail = "; ".join(text for text in (row.source, row.note) if text)
+    limit = "(recorded)" if math.isinf(row.criterion) else f"≤ {row.criterion:8.1e}"
+    return (
+        f"    {'ok  ' if row.passed else 'FAIL'} {row.quantity:<{quantity}}  {row.value:8.1e} {limit}  {tail}".rstrip()
+    )
+
+
 def render_table(result: ValidationResult, width: int = 0) -> str:
     """Rows grouped by check, then what was skipped, then the verdict."""
     peers = ", ".join(result.against)
     lines = [f"{result.scene}: validation against {peers} ({result.states} states, seed {result.seed})"]
     quantity = max((len(row.quantity) for row in result.rows), default=0)
-    group = ""
-    for row in result.rows:
-        if row.check != group:
-            group = row.check
-            lines.append(f"  {group}")
-        mark = "ok  " if row.passed else "FAIL"
-        tail = "; ".join(text for text in (row.source, row.note) if text)
-        line = f"    {mark} {row.quantity:<{quantity}}  {row.value:8.1e} ≤ {row.criterion:7.1e}  {tail}".rstrip()
-        lines.append(line if not width or len(line) <= width else line[: width - 1] + "…")
+    for group in dict.fromkeys(row.check for row in result.rows):
+        lines.append(f"  {group}")
+        for row in result.rows:
+            if row.check == group:
+                line = render_row(row, quantity)
+                lines.append(line if not width or len(line) <= width else line[: width - 1] + "…")
     lines.extend(f"  skipped: {skip.check}: {skip.reason}" for skip in result.skipped)
     failed = len(result.failures())
     verdict = f"{len(result.rows)} checks passed" if result.passed else f"{failed} of {len(result.rows)} checks FAILED"

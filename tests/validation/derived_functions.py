@@ -26,7 +26,7 @@ class DerivedFunctions:
             except SymgenError:
                 continue
             shape = system.program(output.name).outputs[0].shape
-            setattr(self, output.name.replace(":", "_"), self._wrap(function, shape))
+            setattr(self, output.name, self._wrap(function, shape))
 
     @staticmethod
     def _wrap(function: Any, shape: tuple[int, ...]) -> Call:
