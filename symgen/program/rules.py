@@ -37,6 +37,47 @@ def add_constants(g: Graph, x: Node, y: Node) -> Node | None:
     return x if b == 0 else None
 
 
+def _offset(x: Node) -> tuple[Fraction, int, Node] | None:
+    """x as (constant, sign, rest) where it is a constant plus or minus a rest."""
+    if x.op == "add" and x.args[0].op == "const":
+        return x.args[0].value, 1, x.args[1]  # type: ignore[return-value]
+    if x.op == "sub" and x.args[0].op == "const":
+        return x.args[0].value, -1, x.args[1]  # type: ignore[return-value]
+    if x.op == "sub" and x.args[1].op == "const":
+        return -x.args[1].value, 1, x.args[0]  # type: ignore[operator]
+    return None
+
+
+def add_negative_constant(g: Graph, x: Node, y: Node) -> Node | None:
+    a = _value(x)
+    return g.sub(y, g.const(-a)) if a is not None and a < 0 else None
+
+
+def add_nested_constant(g: Graph, x: Node, y: Node) -> Node | None:
+    a, inner = _value(x), _offset(y)
+    if a is None or inner is None:
+        return None
+    b, sign, rest = inner
+    return g.add(g.const(a + b), rest) if sign > 0 else g.sub(g.const(a + b), rest)
+
+
+def sub_negative_constant(g: Graph, x: Node, y: Node) -> Node | None:
+    b = _value(y)
+    return g.add(x, g.const(-b)) if b is not None and b < 0 else None
+
+
+def sub_nested_constant(g: Graph, x: Node, y: Node) -> Node | None:
+    a, inner = _value(x), _offset(y)
+    if a is not None and inner is not None:
+        b, sign, rest = inner
+        return g.sub(g.const(a - b), rest) if sign > 0 else g.add(g.const(a - b), rest)
+    a, inner = _value(y), _offset(x)
+    if a is not None and inner is not None:
+        b, sign, rest = inner
+        return g.add(g.const(b - a), rest) if sign > 0 else g.sub(g.const(b - a), rest)
+    return None
+
+
 def add_negated(g: Graph, x: Node, y: Node) -> Node | None:
     if y.op == "neg":
         return g.sub(x, y.args[0])
@@ -193,6 +234,8 @@ def at_zero(value: Fraction) -> Rule:
 RULES: dict[str, tuple[tuple[str, Rule], ...]] = {
     "add": (
         ("a + b → constant; x + 0 → x", add_constants),
+        ("(−a) + x → x − a", add_negative_constant),
+        ("a + (b ± x) → (a + b) ± x", add_nested_constant),
         ("x + (−y) → x − y", add_negated),
         ("a·x + b·x → (a+b)·x", add_like_terms),
         ("(x − y) + y → x", add_undo_subtraction),
@@ -200,6 +243,8 @@ RULES: dict[str, tuple[tuple[str, Rule], ...]] = {
     ),
     "sub": (
         ("a − b → constant; x − 0 → x; 0 − y → −y", sub_constants),
+        ("x − (−a) → x + a", sub_negative_constant),
+        ("a − (b ± x) → (a − b) ∓ x; (b ± x) − a → (b − a) ± x", sub_nested_constant),
         ("x − (−y) → x + y; (−x) − y → −(x + y)", sub_negated),
         ("a·x − b·x → (a−b)·x; x − x → 0", sub_like_terms),
         ("(x + y) − y → x; (x − y) − x → −y; x − (x − y) → y", sub_undo),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import casadi
@@ -23,12 +25,25 @@ def _matrix(port: Port, entries: tuple[Any, ...]) -> Any:
     return casadi.vertcat(*(casadi.horzcat(*flat[i * columns : (i + 1) * columns]) for i in range(rows)))
 
 
+@contextmanager
+def _as_written() -> Iterator[None]:
+    """CasADi's own simplification, which folds constants in floating point, switched off: the program is simplified
+    already, exactly."""
+    before = casadi.GlobalOptions.getSimplificationOnTheFly()
+    casadi.GlobalOptions.setSimplificationOnTheFly(False)
+    try:
+        yield
+    finally:
+        casadi.GlobalOptions.setSimplificationOnTheFly(before)
+
+
 def casadi_function(program: Program) -> casadi.Function:
     """The function ``program.name``: inputs and outputs named as in the catalogue, matrices as matrices. Guards are
     not part of it: where the mathematics has no answer, neither has the function."""
     symbols = {port.name: _symbol(port) for port in program.inputs}
     flat = {name: [symbol[i] for i in range(symbol.numel())] for name, symbol in symbols.items()}
-    results = evaluate(program, CasadiNumbers(), flat)
+    with _as_written():
+        results = evaluate(program, CasadiNumbers(), flat)
     outputs = [_matrix(port, results[port.name]) for port in program.outputs]
     return casadi.Function(
         program.name,
