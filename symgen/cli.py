@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -200,7 +201,7 @@ def validate(scene: str, against: tuple[str, ...], states: int, report: str | No
     if as_json:
         emit_json(result.to_json())
     else:
-        click.echo(result.to_text())
+        click.echo(result.to_text(shutil.get_terminal_size().columns if sys.stdout.isatty() else 0))
     return 0 if result.passed else 1
 
 
