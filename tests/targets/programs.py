@@ -107,8 +107,8 @@ def all_programs() -> list[Program]:
     return [arm(), solver(), rotation(), constant(), empty()]
 
 
-def random_program(seed: int, size: int, operations: Sequence[str], name: str = "f") -> Program:
-    """Arithmetic at random over five inputs and awkward constants; nothing dead, everything reachable."""
+def random_program(seed: int, size: int, operations: Sequence[str], name: str = "f", more: int = 0) -> Program:
+    """Arithmetic at random over five inputs and awkward constants; no dead code. ``more`` outputs beyond five."""
     rng = random.Random(seed)
     code = [Instruction("input", value=("x", k)) for k in range(4)] + [Instruction("input", value=("dt", 0))]
     constants = (Fraction(1, 3), Fraction(-1, 3), Fraction(-5, 2), Fraction(7), Fraction(1, 10), Fraction(10**12, 7))
@@ -122,6 +122,7 @@ def random_program(seed: int, size: int, operations: Sequence[str], name: str = 
         phase = rng.choice(["one", "two */ \\"]) if rng.random() < 0.2 else ""
         code.append(Instruction(op, args, label=label, phase=phase))
     results = [len(code) - 1, len(code) - 2, len(code) - 2, rng.randrange(len(code)), rng.randrange(len(code))]
+    results += [rng.randrange(len(code)) for _ in range(more)]
     return compact(
         Program(name, (Port("x", (4,)), Port("dt", ())), (Port("y", (len(results),)),), tuple(code), (tuple(results),))
     )

@@ -24,6 +24,8 @@ _INCLUDES = re.compile(r'\s*#include "(\w+)\.h"\n((?:#include <(?:math|stdint)\.
 _CONSTANT = re.compile(r"\s*static const (double|float) (\w+) = ([\w.+-]+);", re.ASCII)
 _FUNCTION = re.compile(r"\s*(void|int) (\w+)\(([^()]*)\)\n\{\n(.*?)\n\}\n", re.ASCII | re.DOTALL)
 _CALL = re.compile(r"\b([A-Za-z_]\w*)\(", re.ASCII)
+_FUNCTIONS = "sqrt sqrtf sin sinf cos cosf sine_cosine sine cosine cos_sqrt sinc_sqrt sinc3_sqrt"
+_MATH = frozenset(_FUNCTIONS.split())
 
 
 @dataclass(frozen=True)
@@ -101,8 +103,9 @@ def _read_source(
         raise CertificateError(f"{file}: {expected[0].symbols.scalar} is not there")
     prefix, rest = code[: first.start() + 1], code[first.start() + 1 :]
     called = set(_CALL.findall(rest))
-    prefix = _after_includes(file, prefix, emitted.name)
     helpers = _code(file, helper_functions(options.precision, options.trigonometry, called))
+    guarded = any(function.program.guards for function in expected)
+    prefix = _after_includes(file, prefix, emitted.name, bool(called & _MATH) or guarded, "uint64_t" in helpers)
     if not prefix.lstrip().startswith(helpers.strip()):
         raise CertificateError(f"{file}: the built-in functions are not the certified ones")
     literals = _constants(file, prefix.lstrip()[len(helpers.strip()) :], emitted)
@@ -125,9 +128,10 @@ def _read_source(
     return functions, literals
 
 
-def _after_includes(file: str, prefix: str, name: str) -> str:
+def _after_includes(file: str, prefix: str, name: str, math: bool, stdint: bool) -> str:
     match = _INCLUDES.match(prefix)
-    if match is None or match[1] != name:
+    wanted = ["#include <math.h>\n"] * math + ["#include <stdint.h>\n"] * stdint
+    if match is None or match[1] != name or match[2] != "".join(wanted):
         raise CertificateError(f"{file}: must begin with its includes")
     return prefix[match.end() :]
 

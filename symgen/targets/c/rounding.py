@@ -12,17 +12,25 @@ from symgen.errors import CertificateError
 LITERAL = re.compile(r"(\d+)\.(\d+)(?:e(-?\d+))?(f?)", re.ASCII)
 """The only form of number that emitted arithmetic may hold."""
 
+_RANGE = {
+    "double": (Fraction(1, 2**1074), Fraction(2**1024 - 2**970)),
+    "float": (Fraction(1, 2**149), Fraction(2**128 - 2**103)),
+}
+"""Smallest number a format holds, and where overflow begins."""
+
 
 def literal_value(text: str, precision: str) -> Fraction:
-    """The decimal a literal spells, exactly. Raises CertificateError for other forms (an integer, a wrong suffix)."""
+    """The decimal a literal spells, exactly. Raises CertificateError for other forms."""
     match = LITERAL.fullmatch(text)
     if match is None or (match[4] == "f") != (precision == "float"):
         raise CertificateError(f"{text} is no literal of {precision} precision")
     whole, part, exponent, _ = match.groups()
     places = int(exponent or 0) - len(part)
-    if abs(places) > 1000:
+    value = Fraction(int(whole + part)) * Fraction(10) ** (places if abs(places) < 1000 else 1000)
+    low, high = _RANGE[precision]
+    if value and not low <= value < high:
         raise CertificateError(f"{text} is out of range")
-    return Fraction(int(whole + part)) * Fraction(10) ** places
+    return value
 
 
 def _float_bits(x: float) -> int:
@@ -61,9 +69,6 @@ def check_literal(text: str, value: Fraction, precision: str) -> None:
     spelled = literal_value(text, precision)
     x = float(text.rstrip("f"))
     if precision == "float":
-        try:
-            (x,) = struct.unpack("<f", struct.pack("<f", x))
-        except OverflowError:
-            raise CertificateError(f"{text} is out of range") from None
+        x = _float_of(_float_bits(x))
     if not (rounds_to(spelled, x, precision) and rounds_to(value, x, precision)):
         raise CertificateError(f"{text} is not {value} correctly rounded to {precision}")
