@@ -69,7 +69,7 @@ CATALOGUE: dict[str, Row] = {
         ("q", "v"), (("Rdot", ("nn", "nv"), MIXED),), "dR/dt", _one("velocity_transformation_rate")
     ),
     "natural_bias_acceleration": Row(
-        ("q", "v"), (("xddot_bias", ("nn",), MIXED),), "(dR/dt) v, the natural accelerations at zero joint acceleration",
+        ("q", "v"), (("xddot_bias", ("nn",), MIXED),), "(dR/dt) v, natural accelerations at zero joint acceleration",
         _one("natural_bias_acceleration"),
     ),
     "mass_matrix": Row(("q",), (("M", ("nv", "nv"), MIXED),), "R^T M R, full symmetric", _one("mass_matrix")),
@@ -149,4 +149,14 @@ def function_summary(output: Output) -> str:
     return "; ".join(parts)
 
 
-__all__ = ["CATALOGUE", "STATE_INPUTS", "Row", "Sizes", "function_name", "function_summary", "input_ports", "output_ports", "sizes"]
+__all__ = [
+    "CATALOGUE",
+    "STATE_INPUTS",
+    "Row",
+    "Sizes",
+    "function_name",
+    "function_summary",
+    "input_ports",
+    "output_ports",
+    "sizes",
+]

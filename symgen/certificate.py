@@ -74,7 +74,9 @@ class _Outputs:
         return [flat[i : i + columns] for i in range(0, len(flat), columns)]
 
 
-def _vector_check(times: str, port: str) -> Callable[[Literal, _Outputs, random.Random, int], Iterator[tuple[Any, Any]]]:
+def _vector_check(
+    times: str, port: str
+) -> Callable[[Literal, _Outputs, random.Random, int], Iterator[tuple[Any, Any]]]:
     """A matrix against its literal product with a random vector: Rᵀ(M(R x))."""
 
     def check(literal: Literal, outputs: _Outputs, rng: random.Random, p: int) -> Iterator[tuple[Any, Any]]:
@@ -85,9 +87,7 @@ def _vector_check(times: str, port: str) -> Callable[[Literal, _Outputs, random.
     return check
 
 
-def _equation_of_motion(
-    literal: Literal, outputs: _Outputs, rng: random.Random, p: int
-) -> Iterator[tuple[Any, Any]]:
+def _equation_of_motion(literal: Literal, outputs: _Outputs, rng: random.Random, p: int) -> Iterator[tuple[Any, Any]]:
     """M a + h = τ with the literal M and h: a is what forward dynamics is, whatever solved for it."""
     a = outputs.values["a"]
     for left, bias, tau in zip(literal.mass_matrix_times(a), literal.bias_force(), literal.state.tau, strict=True):
@@ -214,10 +214,9 @@ def _degree(program: Program, system: System) -> tuple[int, str]:
     the field, quotients are counted as one residue each, and the method says so.
     """
     literal = 16 * system.tree.nv + 64
-    for formal, assumption in ((True, ""), (False, "; quotients counted as random residues")):
-        bound = _formal_degree(program, formal)
-        if bound < _LARGE:
-            break
+    bound, assumption = _formal_degree(program, True), ""
+    if bound >= _LARGE:
+        bound, assumption = _formal_degree(program, False), "; quotients counted as random residues"
     return max(bound, literal) + literal, assumption
 
 

@@ -77,8 +77,9 @@ def generate_files(system: System, progress: Progress) -> Generated:
         function = functions.get(program.name)
         certificate = _certify(certifier, output, program, read, function)
         certificates[program.name] = certificate
-        path = f"{system.scene.name}.casadi/{program.name}.casadi" if function is not None else None
-        if path is not None:
+        path: str | None = None
+        if function is not None:
+            path = f"{system.scene.name}.casadi/{program.name}.casadi"
             files[path] = _serialised(function)
         records.append(FunctionRecord(program, certificate.to_json(), path))
     progress(total, total, "write")

@@ -158,9 +158,7 @@ class Literal:
     # --- the catalogue --------------------------------------------------------------------------------------------
 
     def natural_coordinates(self) -> Vec:
-        return coordinates.natural_coordinates(
-            self.natural, self.tree, self.at.poses, self.state, self.values.numbers
-        )
+        return coordinates.natural_coordinates(self.natural, self.tree, self.at.poses, self.state, self.values.numbers)
 
     def natural_mass_matrix(self) -> Mat:
         return mass.natural_mass_matrix(self.natural, self.tree, self.values)
@@ -263,7 +261,8 @@ class Literal:
         pose = self.at.pose(home)
         axes = tuple(matvec(pose.rotation, column) for column in zip(*rotation, strict=True))
         origin = pose.point(translation)
-        return (*(tuple((*(axis[i] for axis in axes), origin[i])) for i in range(3)), (0, 0, 0, 1))
+        rows = [(*(axis[i] for axis in axes), origin[i]) for i in range(3)]
+        return (*rows, (0, 0, 0, 1))
 
     def integrate(self) -> Vec:
         return motion.integrate(self.tree, self.values, self.state)
@@ -334,5 +333,3 @@ class Literal:
             return half(mul(stiffness, square))
         stretch = sub(self.values.numbers.sqrt(square), length)
         return half(mul(stiffness, mul(stretch, stretch)))
-
-

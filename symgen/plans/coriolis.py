@@ -11,7 +11,27 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from symgen.algebra.linear import IDENTITY, ZERO, Mat, Vec, add, cross, dot, half, madd, matmul, matvec, outer, scale, skew, sub, symmetric, vadd, vneg, vsub
+from symgen.algebra.linear import (
+    IDENTITY,
+    ZERO,
+    Mat,
+    Vec,
+    add,
+    cross,
+    dot,
+    half,
+    madd,
+    matmul,
+    matvec,
+    outer,
+    scale,
+    skew,
+    sub,
+    symmetric,
+    vadd,
+    vneg,
+    vsub,
+)
 from symgen.plans import free
 from symgen.plans.composite import project, unit_motions
 from symgen.plans.inertia import Inertia, moment_of_inertia

@@ -6,7 +6,24 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
-from symgen.algebra.linear import ZERO, Mat, Vec, add, cross, dot, is_zero, madd, matmul, mul, outer, scale, skew, sub, transpose, vadd
+from symgen.algebra.linear import (
+    ZERO,
+    Mat,
+    Vec,
+    add,
+    cross,
+    dot,
+    is_zero,
+    madd,
+    matmul,
+    mul,
+    outer,
+    scale,
+    skew,
+    sub,
+    transpose,
+    vadd,
+)
 from symgen.errors import SceneError
 from symgen.plans import free
 from symgen.plans.inertia import Inertia, moment_of_inertia
@@ -130,7 +147,9 @@ def _columns_of(m: Mat, x: Vec) -> Vec:
 
 
 def _minus_outer(m: Mat, x: Vec, y: Vec) -> Mat:
-    return tuple(tuple(sub(a, b) for a, b in zip(row, other, strict=True)) for row, other in zip(m, outer(x, y), strict=True))
+    return tuple(
+        tuple(sub(a, b) for a, b in zip(row, other, strict=True)) for row, other in zip(m, outer(x, y), strict=True)
+    )
 
 
 def _clear_row(m: Mat, k: int) -> Mat:

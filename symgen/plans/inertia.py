@@ -130,9 +130,7 @@ def link_inertias(tree: Tree, links: Sequence[Link], values: Values) -> list[Ine
     return found
 
 
-def regroup(
-    links: Sequence[Link], inertias: Sequence[Inertia], values: Values
-) -> tuple[list[Inertia], Inertia]:
+def regroup(links: Sequence[Link], inertias: Sequence[Inertia], values: Values) -> tuple[list[Inertia], Inertia]:
     """Move to the parent what a joint cannot feel (base parameters, exactly).
 
     A turning joint feels neither mass nor moments on its axis (m, h_z, Σ_zz), a slide not the rotational inertia

@@ -96,9 +96,7 @@ def axes_with_z(axis: Vec) -> Mat:
     # Half a turn about the bisector b of z and the axis: 2 b bᵀ/(b·b) − 1.
     b = vadd(axis, Z)
     k = Fraction(2) / dot(b, b)
-    return tuple(
-        tuple(k * bi * bj - (1 if i == j else 0) for j, bj in enumerate(b)) for i, bi in enumerate(b)
-    )
+    return tuple(tuple(k * bi * bj - (1 if i == j else 0) for j, bj in enumerate(b)) for i, bi in enumerate(b))
 
 
 def lower(tree: Tree) -> tuple[Link, ...]:
@@ -108,7 +106,8 @@ def lower(tree: Tree) -> tuple[Link, ...]:
     for body in tree.bodies:
         motions = elementary_motions(body.joint)
         parent = last[body.parent]
-        rotation, translation = body.joint.origin.rotation, body.joint.origin.translation
+        rotation: Mat = body.joint.origin.rotation
+        translation: Vec = body.joint.origin.translation
         for place, motion in enumerate(motions):
             axes = axes_with_z(motion.axis)
             before = links[parent].axes if parent >= 0 else IDENTITY

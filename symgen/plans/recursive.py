@@ -50,9 +50,15 @@ def wrench(inertia: Inertia, motion: Motion) -> tuple[Vec, Vec]:
     xx, yy, zz, xy, xz, yz = inertia.second
     force = vadd(scale(inertia.mass, a), matvec(u, inertia.first))
     moment = (
-        _sum(mul(yy, u[2][1]), _minus(mul(zz, u[1][2])), mul(xy, u[2][0]), _minus(mul(xz, u[1][0])), mul(yz, sub(sz, sy))),
-        _sum(mul(zz, u[0][2]), _minus(mul(xx, u[2][0])), mul(yz, u[0][1]), _minus(mul(xy, u[2][1])), mul(xz, sub(sx, sz))),
-        _sum(mul(xx, u[1][0]), _minus(mul(yy, u[0][1])), mul(xz, u[1][2]), _minus(mul(yz, u[0][2])), mul(xy, sub(sy, sx))),
+        _sum(
+            mul(yy, u[2][1]), _minus(mul(zz, u[1][2])), mul(xy, u[2][0]), _minus(mul(xz, u[1][0])), mul(yz, sub(sz, sy))
+        ),
+        _sum(
+            mul(zz, u[0][2]), _minus(mul(xx, u[2][0])), mul(yz, u[0][1]), _minus(mul(xy, u[2][1])), mul(xz, sub(sx, sz))
+        ),
+        _sum(
+            mul(xx, u[1][0]), _minus(mul(yy, u[0][1])), mul(xz, u[1][2]), _minus(mul(yz, u[0][2])), mul(xy, sub(sy, sx))
+        ),
     )
     return force, vadd(moment, cross(inertia.first, a))
 
@@ -83,7 +89,7 @@ def link_motions(links: Links, v: Sequence[Scalar], a: Sequence[Scalar], gravity
             acceleration = vadd(acceleration, at.to_link(root.a))
         else:
             carried, carried_rate = at.to_link(parent.w), at.to_link(parent.w_rate)
-            own, own_rate = ((rate, rate2) if link.kind == BALL else _along_z(at.angular, rate[0], rate2[0]))
+            own, own_rate = (rate, rate2) if link.kind == BALL else _along_z(at.angular, rate[0], rate2[0])
             w = vadd(carried, own)
             w_rate = vadd(vadd(carried_rate, own_rate), cross(carried, own))
             acceleration = at.to_link(vadd(parent.a, matvec(parent.u, at.offset)))

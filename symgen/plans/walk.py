@@ -138,7 +138,9 @@ class Links:
                 found.append(step(at, found[at.link.parent] if at.link.parent >= 0 else root))
         return found
 
-    def inward(self, heading: str, start: Sequence[T], step: Callable[[Moving, T], T], join: Callable[[T, T], T]) -> None:
+    def inward(
+        self, heading: str, start: Sequence[T], step: Callable[[Moving, T], T], join: Callable[[T, T], T]
+    ) -> None:
         """From the leaves to the root: ``step(link, what has arrived)`` gives what the parent joins to its own."""
         arrived = list(start)
         for at in reversed(self.moving):

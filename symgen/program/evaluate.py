@@ -48,7 +48,9 @@ def evaluate_all(program: Program, numbers: Numbers, inputs: Mapping[str, Sequen
     return values
 
 
-def evaluate(program: Program, numbers: Numbers, inputs: Mapping[str, Sequence[Scalar]]) -> dict[str, tuple[Scalar, ...]]:
+def evaluate(
+    program: Program, numbers: Numbers, inputs: Mapping[str, Sequence[Scalar]]
+) -> dict[str, tuple[Scalar, ...]]:
     """Outputs by name, flat, row-major. Guards are not looked at."""
     values = evaluate_all(program, numbers, inputs)
     return {

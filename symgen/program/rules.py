@@ -18,13 +18,13 @@ Rule = Callable[..., "Node | None"]
 
 
 def _value(x: Node) -> Fraction | None:
-    return x.value if x.op == "const" else None  # type: ignore[return-value]
+    return x.value if x.op == "const" else None
 
 
 def _coefficient(x: Node) -> tuple[Fraction, Node]:
     """x as (constant, rest)."""
     if x.op == "mul" and x.args[0].op == "const":
-        return x.args[0].value, x.args[1]  # type: ignore[return-value]
+        return x.args[0].value, x.args[1]
     return Fraction(1), x
 
 
@@ -40,11 +40,11 @@ def add_constants(g: Graph, x: Node, y: Node) -> Node | None:
 def _offset(x: Node) -> tuple[Fraction, int, Node] | None:
     """x as (constant, sign, rest) where it is a constant plus or minus a rest."""
     if x.op == "add" and x.args[0].op == "const":
-        return x.args[0].value, 1, x.args[1]  # type: ignore[return-value]
+        return x.args[0].value, 1, x.args[1]
     if x.op == "sub" and x.args[0].op == "const":
-        return x.args[0].value, -1, x.args[1]  # type: ignore[return-value]
+        return x.args[0].value, -1, x.args[1]
     if x.op == "sub" and x.args[1].op == "const":
-        return -x.args[1].value, 1, x.args[0]  # type: ignore[operator]
+        return -x.args[1].value, 1, x.args[0]
     return None
 
 
@@ -175,12 +175,12 @@ def mul_negated(g: Graph, x: Node, y: Node) -> Node | None:
 def mul_nested_constant(g: Graph, x: Node, y: Node) -> Node | None:
     for constant, other in ((x, y), (y, x)):
         if constant.op == "const" and other.op == "mul" and other.args[0].op == "const":
-            return g.mul(g.const(constant.value * other.args[0].value), other.args[1])  # type: ignore[operator]
+            return g.mul(g.const(constant.value * other.args[0].value), other.args[1])
     return None
 
 
 def neg_constant(g: Graph, x: Node) -> Node | None:
-    return g.const(-x.value) if x.op == "const" else None  # type: ignore[operator]
+    return g.const(-x.value) if x.op == "const" else None
 
 
 def neg_negated(g: Graph, x: Node) -> Node | None:

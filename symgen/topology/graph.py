@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import networkx as nx
 
 from symgen.errors import SceneError
@@ -9,9 +11,9 @@ from symgen.scene.joints import JOINT_TYPES
 from symgen.scene.model import GROUND, Joint, Scene
 
 
-def scene_graph(scene: Scene) -> nx.MultiDiGraph:
+def scene_graph(scene: Scene) -> nx.MultiDiGraph[str]:
     """Bodies and joints as a directed multigraph; every edge carries its joint's name as key."""
-    graph = nx.MultiDiGraph()
+    graph: nx.MultiDiGraph[str] = nx.MultiDiGraph()
     graph.add_node(GROUND)
     graph.add_nodes_from(body.name for body in scene.bodies)
     for joint in scene.joints:
@@ -22,13 +24,13 @@ def scene_graph(scene: Scene) -> nx.MultiDiGraph:
 def cycles(scene: Scene) -> tuple[tuple[str, ...], ...]:
     """An independent set of cycles, each as the joints along it (one per closed loop)."""
     tree, cut = spanning_tree(scene)
-    undirected = nx.Graph()
+    undirected: nx.Graph[str] = nx.Graph()
     for joint in tree:
         undirected.add_edge(joint.parent, joint.child, joint=joint.name)
     found = []
     for joint in cut:
         path = nx.shortest_path(undirected, joint.parent, joint.child)
-        edges = [undirected.edges[a, b]["joint"] for a, b in zip(path, path[1:], strict=False)]
+        edges = [undirected.edges[a, b]["joint"] for a, b in pairwise(path)]
         found.append((*edges, joint.name))
     return tuple(found)
 
@@ -57,14 +59,15 @@ def spanning_tree(scene: Scene) -> tuple[tuple[Joint, ...], tuple[Joint, ...]]:
         pair = (joint.parent, joint.child)
         if not joint.cut and (pair not in candidates or keep_cost(joint) < keep_cost(candidates[pair])):
             candidates[pair] = joint
-    directed = nx.DiGraph()
+    directed: nx.DiGraph[str] = nx.DiGraph()
     directed.add_node(GROUND)
     directed.add_nodes_from(body.name for body in scene.bodies)
     scale = len(scene.joints) + 1
     for (parent, child), joint in candidates.items():
         cost, place = keep_cost(joint)
         directed.add_edge(parent, child, weight=cost * scale + place)
-    unreached = sorted(set(directed) - nx.descendants(directed, GROUND) - {GROUND})
+    reached: set[str] = set(nx.descendants(directed, GROUND)) | {GROUND}  # type: ignore[arg-type]
+    unreached = sorted(set(directed) - reached)
     if unreached:
         forced = ", ".join(f"'{joint.name}'" for joint in scene.joints if joint.cut)
         hint = f" once {forced} is cut" if forced else ""

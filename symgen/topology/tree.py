@@ -19,7 +19,7 @@ def compose(outer: Transform, inner: Transform) -> Transform:
     """The pose of inner's frame seen from outer's parent."""
     return Transform(
         linear.matmul(outer.rotation, inner.rotation),  # type: ignore[arg-type]
-        linear.vadd(linear.matvec(outer.rotation, inner.translation), outer.translation),  # type: ignore[arg-type]
+        linear.vadd(linear.matvec(outer.rotation, inner.translation), outer.translation),
     )
 
 

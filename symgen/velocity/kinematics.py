@@ -171,9 +171,7 @@ def vector_columns(at: Kinematics, body: int, vector: Vec) -> dict[int, Vec]:
 Rates = Sequence[Sequence[tuple[Vec, Vec]]]
 
 
-def point_column_rates(
-    at: Kinematics, moving: Sequence[Twist], rates: Rates, body: int, point: Vec
-) -> dict[int, Vec]:
+def point_column_rates(at: Kinematics, moving: Sequence[Twist], rates: Rates, body: int, point: Vec) -> dict[int, Vec]:
     """The columns of Ṙ for a point: v̇ + ẇ × d + w × ḋ. ``rates`` from `column_rates`."""
     velocity = point_velocity(at, moving, body, point)
     found: dict[int, Vec] = {}

@@ -88,7 +88,7 @@ def test_a_wrong_plan_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path
         return force, (mul(-1, moment[0]), *moment[1:])
 
     monkeypatch.setattr(recursive, "wrench", wrong)
-    with pytest.raises(CertificateError, match="inverse_dynamics|bias_force|forward_dynamics"):
+    with pytest.raises(CertificateError, match=r"inverse_dynamics|bias_force|forward_dynamics"):
         generate("examples/fig1.scene.yaml", tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
