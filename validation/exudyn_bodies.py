@@ -48,7 +48,10 @@ def refusal(scene: Scene) -> str:
     sprung = {force.joint for force in scene.forces if isinstance(force, JointSpring)}
     for joint in scene.joints:
         if joint.type == "helical":
-            return f"helical joint {joint.name}: the turned angle is no function of points and vectors"
+            return (
+                f"helical joint {joint.name}: its angle is no function of the bodies' coordinates "
+                "(the kinematic tree holds it by two coordinates and a constraint)"
+            )
         if joint.armature and not (joint.parent == GROUND and joint.type in ("revolute", "continuous", "prismatic")):
             return f"armature of joint {joint.name} belongs to a joint coordinate, which redundant bodies lack"
         if joint.type == "planar" and (joint.damping or joint.name in sprung):

@@ -140,7 +140,10 @@ class Model:
             positions = np.array(self.mbs.GetSensorStoredData(place))
             rotations = np.array(self.mbs.GetSensorStoredData(turn))
             for k in range(samples):
-                row = int(np.argmin(np.abs(positions[:, 0] - end * (k + 1) / samples)))
+                away = np.abs(positions[:, 0] - end * (k + 1) / samples)
+                row = int(np.argmin(away))
+                if away[row] > 1e-9 * end:
+                    raise ToolError(f"Exudyn's {solver} stopped at t = {positions[-1, 0]:g} s with {steps} steps")
                 found[k].append(Pose(rotations[row, 1:].reshape(3, 3), positions[row, 1:]) @ local)
         return found
 
