@@ -48,10 +48,9 @@ def refusal(scene: Scene) -> str:
     sprung = {force.joint for force in scene.forces if isinstance(force, JointSpring)}
     for joint in scene.joints:
         if joint.type == "helical":
-            return (
-                f"helical joint {joint.name}: its angle is no function of the bodies' coordinates "
-                "(the kinematic tree holds it by two coordinates and a constraint)"
-            )
+            if joint.parent == GROUND:
+                continue  # its passive parts act on the carrier's own angle
+            return f"helical joint {joint.name} on a moving body: its angle is no function of the bodies' coordinates"
         if joint.armature and not (joint.parent == GROUND and joint.type in ("revolute", "continuous", "prismatic")):
             return f"armature of joint {joint.name} belongs to a joint coordinate, which redundant bodies lack"
         if joint.type == "planar" and (joint.damping or joint.name in sprung):
@@ -78,11 +77,11 @@ def build_exudyn_bodies(scene: Scene, q: Array, v: Array) -> Model:
     ]
     nodes = [node for node, _ in bodies]
     for link, node in zip(mechanism.links, nodes, strict=True):
-        if link.joint.armature:
+        if link.joint.armature and link.joint.type != "helical":
             add_armature(mbs, link, node)
     marker = markers(mbs, mechanism, [body for _, body in bodies])
     for link in mechanism.links:
-        add_joint(exu, mbs, mechanism, link, marker, q, (poses, motions))
+        add_joint(exu, mbs, mechanism, link, marker, q, (poses, motions, v))
     add_springs(mbs, mechanism, marker)
     sensors = tuple(add_sensors(exu, mbs, body) for _, body in bodies)
     mbs.Assemble()
@@ -170,7 +169,8 @@ def add_sensors(exu: Any, mbs: Any, body: Any) -> tuple[Any, Any]:
     return place, turn
 
 
-State = tuple[list[Pose], list[Motion]]
+State = tuple[list[Pose], list[Motion], Array]
+"""Poses and motions of the links, and v."""
 
 
 def add_joint(
@@ -185,6 +185,9 @@ def add_joint(
             isotropic_damper(mbs, mechanism, link, marker)
         return
     ends = [marker(parent, link.origin.position), marker(link.name, np.zeros(3))]
+    if link.joint.type == "helical":
+        add_screw(exu, mbs, mechanism, link, ends[1], (q[link.q][0], state[2][link.v][0]))
+        return
     oblique = abs(link.axis @ link.axis2) > 1e-14
     if link.joint.type == "universal" and (oblique or any(passive(mechanism, link))):
         add_universal_by_two(exu, mbs, mechanism, link, ends, q, state)
@@ -208,6 +211,52 @@ def add_joint(
             isotropic_damper(mbs, mechanism, link, marker)
     else:
         add_damper(mbs, passive(mechanism, link), link, ends, outer, frame)
+
+
+def add_screw(exu: Any, mbs: Any, mechanism: Mechanism, link: Link, end: Any, start: tuple[float, float]) -> None:
+    """A helical joint on ground: the child rides on a massless slide and turn, whose coordinates the pitch ties."""
+    items = exudyn_items()
+    frame, h = frame_with_z(link.axis), link.pitch
+    zero = np.zeros(3)
+    node = mbs.AddNode(
+        items.NodeGenericODE2(
+            referenceCoordinates=[0.0] * 2,
+            initialCoordinates=[h * start[0], start[0]],
+            initialCoordinates_t=[h * start[1], start[1]],
+            numberOfODE2Coordinates=2,
+        )
+    )
+    carrier = mbs.AddObject(
+        items.ObjectKinematicTree(
+            nodeNumber=node,
+            jointTypes=[exu.JointType.PrismaticZ, exu.JointType.RevoluteZ],
+            linkParents=[-1, 0],
+            jointTransformations=exu.Matrix3DList([link.origin.rotation @ frame, np.eye(3)]),
+            jointOffsets=exu.Vector3DList([link.origin.position, zero]),
+            linkInertiasCOM=exu.Matrix3DList([np.zeros((3, 3))] * 2),
+            linkCOMs=exu.Vector3DList([zero, zero]),
+            linkMasses=[0.0, 0.0],
+        )
+    )
+    ride = mbs.AddMarker(items.MarkerKinematicTreeRigid(objectNumber=carrier, linkNumber=1, localPosition=zero))
+    mbs.AddObject(
+        items.ObjectJointGeneric(
+            markerNumbers=[ride, end], constrainedAxes=[1] * 6, rotationMarker0=np.eye(3), rotationMarker1=frame
+        )
+    )
+    ends = [mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=node, coordinate=k)) for k in (1, 0)]
+    mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=ends, factorValue1=1.0 / h))
+    stiffness, damping, preload = passive(mechanism, link)
+    on_angle = np.diag([0.0, 1.0])
+    mbs.AddObject(
+        items.ObjectGenericODE2(
+            nodeNumbers=[node],
+            massMatrix=float(link.joint.armature) * on_angle,
+            stiffnessMatrix=stiffness * on_angle,
+            dampingMatrix=damping * on_angle,
+            forceVector=[0.0, preload],
+        )
+    )
 
 
 def passive(mechanism: Mechanism, link: Link) -> tuple[float, float, float]:
@@ -258,7 +307,7 @@ def add_universal_by_two(
     """A universal joint on oblique or sprung axes: two revolutes and a massless cross between them."""
     items = exudyn_items()
 
-    poses, motions = state
+    poses, motions, _v = state
     parent = IDENTITY if link.parent < 0 else poses[link.parent]
     carried = Motion(np.zeros(3), np.zeros(3)) if link.parent < 0 else motions[link.parent]
     # The cross turns with the first angle only: the second one at zero leaves its frame.

@@ -164,8 +164,8 @@ def test_trajectories_against_exudyn(kind: str) -> None:
     functions = bind(PeerFunctions(scene), scene)
     rows, skipped, trajectory = trajectory_rows(scene, functions, 3)
     assert [row for row in rows if not row.passed] == []
-    assert len(trajectory.refinements) == (1 if kind == "helical" else 2)
-    assert bool(skipped) == (kind == "helical")
+    assert len(trajectory.refinements) == 2
+    assert skipped == []
     assert len(trajectory.times) == len(trajectory.q) == 101
     assert len(trajectory.coordinates) == len(trajectory.q[0])
     assert all(row.passed for row in acceleration_rows(scene, functions, 4)[0])

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from symgen.errors import NotSupportedError, ToolError
-from symgen.scene.model import GROUND, Joint, Scene, Transform
+from symgen.scene.model import GROUND, Joint, JointSpring, Scene, Transform
 from symgen.validation import exudyn_bodies, exudyn_tree
 from symgen.validation.compare import adapters_agree, norm, sample_states
 from symgen.validation.exudyn_bodies import build_exudyn_bodies
@@ -40,6 +40,13 @@ def cardan() -> Scene:
     return Scene("cardan", (body("b1"), body("b2", 1)), joints)
 
 
+def screw() -> Scene:
+    """A geared, sprung screw on ground that carries a revolute."""
+    scene = single("helical")
+    first = replace(scene.joints[0], armature=F(1, 10), damping=F(1, 5))
+    return replace(scene, joints=(first, scene.joints[1]), forces=(JointSpring("j1", F(3), F(1, 10), F(1, 2)),))
+
+
 KINDS = ("world", "body", "mixed")
 ALL = [
     *(single(kind) for kind in SINGLES),
@@ -48,6 +55,7 @@ ALL = [
     every_joint(),
     sprung(),
     cardan(),
+    screw(),
 ]
 SCENES = [*ALL, *(damped(scene) for scene in ALL)]
 
@@ -114,11 +122,11 @@ def test_refusals_give_reasons() -> None:
     geared = replace(scene, joints=tuple(replace(joint, armature=F(1)) for joint in scene.joints))
     assert "armature" in exudyn_tree.refusal(geared)
     assert "armature" in exudyn_bodies.refusal(geared)
-    assert "helical" in exudyn_bodies.refusal(single("helical"))
+    assert "helical" in exudyn_bodies.refusal(every_joint())
     assert "planar" in exudyn_bodies.refusal(damped(single("planar")))
     pytest.importorskip("exudyn")
     with pytest.raises(NotSupportedError, match="helical"):
-        build_exudyn_bodies(single("helical"), np.zeros(2), np.zeros(2))
+        build_exudyn_bodies(every_joint(), np.zeros(22), np.zeros(20))
 
 
 def test_floating_armature_stays_on_symgens_diagonal() -> None:
