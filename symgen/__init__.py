@@ -1,5 +1,7 @@
 """Equations of motion of multibody systems, as certified C and CasADi functions.
 
+The way from a scene to numbers::
+
     scene = symgen.load("rrpr.scene.yaml")
     system = symgen.derive(scene)
     artifact = symgen.generate(scene, "out/")

@@ -39,24 +39,49 @@ Scalar = Any
 
 @dataclass(frozen=True)
 class Family:
-    """A way to compute: the name of its plans, whether bodies are regrouped, and how accelerations are solved for."""
+    """A way to compute: in which axes, with inertia regrouped or as given, and how accelerations are solved for."""
 
-    name: str
     literal: bool = False
     regrouped: bool = True
     articulated: bool = False
-    explanation: str = ""
+
+    def plan(self, output: Output) -> str:
+        """What a function's plan is called: the algorithms of its rows."""
+        if self.literal:
+            return "literal"
+        names = [PLAN_NAMES.get(split_row(row)[0], "literal") for row in output.of]
+        solver = "articulated" if self.articulated else "factored"
+        found = " + ".join(dict.fromkeys(solver if name == "solved" else name for name in names))
+        return found if self.regrouped else f"{found}, inertia as given"
+
+    def explanation(self, output: Output) -> str:
+        """What that means, for `symgen show`."""
+        if self.literal:
+            return "ground axes, R and M multiplied out"
+        words = ["body axes", "inertia regrouped" if self.regrouped else "inertia as given"]
+        if any(split_row(row)[0] in SOLVED for row in output.of):
+            words.append("articulated bodies" if self.articulated else "mass matrix factored LᵀDL along the tree")
+        return ", ".join(words)
 
 
 FAMILIES: tuple[Family, ...] = (
-    Family("composite", explanation="body axes, inertia regrouped; forward dynamics by sparse LᵀDL"),
-    Family("articulated", articulated=True, explanation="body axes, inertia regrouped; articulated bodies"),
-    Family("composite, inertia as given", regrouped=False, explanation="body axes; forward dynamics by sparse LᵀDL"),
-    Family(
-        "articulated, inertia as given", regrouped=False, articulated=True, explanation="body axes; articulated bodies"
-    ),
-    Family("literal", literal=True, regrouped=False, explanation="ground axes, R and M multiplied out"),
+    Family(),
+    Family(articulated=True),
+    Family(regrouped=False),
+    Family(regrouped=False, articulated=True),
+    Family(literal=True, regrouped=False),
 )
+PLAN_NAMES = {
+    "mass_matrix": "composite",
+    "coriolis_matrix": "composite",
+    "gravity_force": "composite",
+    "potential_energy": "composite",
+    "bias_force": "recursive",
+    "inverse_dynamics": "recursive",
+    "kinetic_energy": "recursive",
+    "forward_dynamics": "solved",
+}
+"""Row → the algorithm that computes it in body axes."""
 
 
 @dataclass
@@ -195,7 +220,7 @@ def build(lowered: Lowered, natural: NaturalCoordinates, output: Output, family:
         outputs,
         results,
         builder.guards,
-        family.name,
+        family.plan(output),
         function_summary(output),
     )
     return optimise(program)

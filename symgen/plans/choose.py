@@ -57,8 +57,8 @@ def choose(
     ``every`` counts also those families that cannot win, where that is affordable.
     """
     tree = lowered.tree
-    programs: dict[str, Program] = {}
-    passed: dict[str, str] = {}
+    programs: dict[Family, Program] = {}
+    passed: dict[Family, str] = {}
     families = families_of(output)
     only = len(families) == 1
     solves = any(split_row(row)[0] == "forward_dynamics" for row in output.of)
@@ -67,27 +67,27 @@ def choose(
     for family in order:
         reason = "" if only else _reason_to_skip(family, lowered, solves, bound, programs, every)
         if reason:
-            passed[family.name] = reason
+            passed[family] = reason
         else:
-            programs[family.name] = build(lowered, natural, output, family)
+            programs[family] = build(lowered, natural, output, family)
     best = min(families, key=lambda family: _rank(family, programs))
-    return programs[best.name], tuple(_choice(family, best, programs, passed, only) for family in families)
+    return programs[best], tuple(_choice(output, family, best, programs, passed) for family in families)
 
 
-def _rank(family: Family, programs: dict[str, Program]) -> tuple[bool, int, int]:
-    counted = family.name in programs
-    return (not counted, cost(count(programs[family.name])) if counted else 0, FAMILIES.index(family))
+def _rank(family: Family, programs: dict[Family, Program]) -> tuple[bool, int, int]:
+    counted = family in programs
+    return (not counted, cost(count(programs[family])) if counted else 0, FAMILIES.index(family))
 
 
 def _reason_to_skip(
-    family: Family, lowered: Lowered, solves: bool, bound: int, programs: dict[str, Program], every: bool
+    family: Family, lowered: Lowered, solves: bool, bound: int, programs: dict[Family, Program], every: bool
 ) -> str:
     tree = lowered.tree
     if family.literal and tree.nv > (LITERAL_SHOWN if every else LITERAL_LIMIT):
         return "not counted: multiplies out matrices that the other plans never form"
     if not (family.regrouped or family.literal or every or lowered.parametric or tree.nv <= SMALL):
         return "not counted: constant inertia, and more than 12 velocities"
-    articulated = programs.get("articulated")
+    articulated = programs.get(Family(articulated=True))
     if solves and not family.articulated and articulated is not None:
         known = cost(count(articulated))
         if bound > known:
@@ -96,14 +96,14 @@ def _reason_to_skip(
 
 
 def _choice(
-    family: Family, best: Family, programs: dict[str, Program], passed: dict[str, str], only: bool
+    output: Output, family: Family, best: Family, programs: dict[Family, Program], passed: dict[Family, str]
 ) -> PlanChoice:
-    program = programs.get(family.name)
-    counts = count(program) if program else None
-    if family is best:
-        why = "the only plan" if only else f"fewest operations ({family.explanation})"
-        return PlanChoice(family.name, counts, True, why)
-    if counts is None:
-        return PlanChoice(family.name, None, False, passed[family.name])
-    more = cost(counts) / max(cost(count(programs[best.name])), 1)
-    return PlanChoice(family.name, counts, False, f"{more:.2f} times the cost ({family.explanation})")
+    name, explanation = family.plan(output), family.explanation(output)
+    if family not in programs:
+        return PlanChoice(name, None, False, passed[family])
+    counts = count(programs[family])
+    if family == best:
+        alone = len(programs) + len(passed) == 1
+        return PlanChoice(name, counts, True, "the only plan" if alone else f"fewest operations: {explanation}")
+    more = cost(counts) / max(cost(count(programs[best])), 1)
+    return PlanChoice(name, counts, False, f"{more:.2f} times the cost: {explanation}")

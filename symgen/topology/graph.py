@@ -66,7 +66,7 @@ def spanning_tree(scene: Scene) -> tuple[tuple[Joint, ...], tuple[Joint, ...]]:
     for (parent, child), joint in candidates.items():
         cost, place = keep_cost(joint)
         directed.add_edge(parent, child, weight=cost * scale + place)
-    reached: set[str] = set(nx.descendants(directed, GROUND)) | {GROUND}  # type: ignore[arg-type]
+    reached: set[str] = set(nx.descendants(directed, GROUND)) | {GROUND}
     unreached = sorted(set(directed) - reached)
     if unreached:
         forced = ", ".join(f"'{joint.name}'" for joint in scene.joints if joint.cut)
