@@ -106,7 +106,7 @@ def test_wrong_arguments(loaded: Loaded, arguments: Any, named: Any, error: Any,
 
 
 def test_describes_itself(loaded: Loaded) -> None:
-    assert list(loaded) == ["mass_matrix", "forward_dynamics", "integrate", "natural_mass_matrix"]
+    assert list(loaded) == ["mass_matrix", "forward_dynamics", "integrate", "inverse_dynamics", "natural_mass_matrix"]
     assert "mass_matrix" in loaded and "mass_matrix" in dir(loaded)
     assert loaded.mass_matrix.inputs == ("q", "p") and loaded.mass_matrix.outputs == ("M",)
     text = loaded.mass_matrix.__doc__

@@ -91,6 +91,13 @@ def rotation() -> Program:
     return extract(g, "integrate", (Q, V, DT, P), (Port("q_next", (4,)),), [results])
 
 
+def inverse() -> Program:
+    """An output with the name of another function's input; an input of this name too."""
+    g = Graph()
+    q, a = g.inputs("q", 2), g.inputs("a", 2)
+    return extract(g, "inverse_dynamics", (Q, Port("a", (2,)), P), (Port("tau", (2,)),), [[q[0] * a[0], a[1] + a[0]]])
+
+
 def constant() -> Program:
     """No state among its inputs."""
     g = Graph()
@@ -104,7 +111,7 @@ def empty() -> Program:
 
 
 def all_programs() -> list[Program]:
-    return [arm(), solver(), rotation(), constant(), empty()]
+    return [arm(), solver(), rotation(), inverse(), constant(), empty()]
 
 
 def random_program(seed: int, size: int, operations: Sequence[str], name: str = "f", more: int = 0) -> Program:

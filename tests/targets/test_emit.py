@@ -300,6 +300,14 @@ def test_function_names_that_clash() -> None:
         emit_c("demo", programs, info(batch=True))
 
 
+def test_arguments_that_clash() -> None:
+    g = Graph()
+    (x,) = g.inputs("a", 1)
+    program = extract(g, "both", (Port("a", (1,)),), (Port("a", (1,)),), [[x * 2]])
+    with pytest.raises(SceneError, match="both has two arguments a"):
+        emit_c("demo", [program], info())
+
+
 def test_constants_that_do_not_fit() -> None:
     g = Graph()
     (x,) = g.inputs("q", 1)

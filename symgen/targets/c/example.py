@@ -42,6 +42,10 @@ def example_file(
     banner: Sequence[str],
 ) -> str:
     """The text of main.c."""
+
+    def variables(program: Program) -> list[str]:
+        return [f"{program.name}_{port.name}" for port in program.outputs]
+
     needed: dict[str, Port] = {port.name: port for program in programs for port in program.inputs}
     state = example_state(info)
     inputs = []
@@ -63,15 +67,16 @@ def example_file(
             {
                 "name": program.name,
                 "call": f"{'(void)' if returns_status(program, info.options.status) else ''}{row.scalar}"
-                f"({', '.join(port.name for port in program.inputs + program.outputs)})",
+                f"({', '.join([*(port.name for port in program.inputs), *variables(program)])})",
                 "outputs": [
                     {
                         "name": port.name,
+                        "variable": variable,
                         "size": port.size,
                         "rows": port.shape[0] if len(port.shape) == 2 else 1,
                         "columns": port.shape[-1] if port.shape else 1,
                     }
-                    for port in program.outputs
+                    for port, variable in zip(program.outputs, variables(program), strict=True)
                 ],
             }
             for program, row in zip(programs, symbols, strict=True)

@@ -29,10 +29,15 @@ class Symbols:
 
 
 def symbols(name: str, programs: Sequence[Program], precision: Precision, batch: bool) -> list[Symbols]:
-    """Symbols of all programs. Raises SceneError where two functions would have one."""
+    """Symbols of all programs. Raises SceneError where two functions, or two arguments, would have
+    one name."""
     rows = []
     owner: dict[str, str] = {}
     for program in programs:
+        ports = [port.name for port in program.inputs + program.outputs]
+        for port in ports:
+            if ports.count(port) > 1:
+                raise SceneError(f"{program.name} has two arguments {port}; ask for its outputs apart", "outputs")
         batched = batch and any(port.name in STATE_INPUTS for port in program.inputs)
         with_p = batched and any(port.name == "p" for port in program.inputs)
         stem, suffix = f"{name}_{program.name}", precision.symbol_suffix
