@@ -17,8 +17,9 @@ from symgen.report.svg import figure, num, path, symbol, tag
 WIDTH, HEIGHT, MARGIN = 720.0, 470.0, 34.0
 LIGHT = unit(np.array([-0.45, 0.75, 0.6]))
 """Right, up, towards the viewer."""
-INSET = (58.0, HEIGHT - 62.0, 34.0)
-"""Centre and size of the little triad of ground axes."""
+INSET = 34.0
+"""Size of the little triad of ground axes."""
+CORNERS = ((58.0, HEIGHT - 62.0), (WIDTH - 58.0, HEIGHT - 62.0), (58.0, 62.0), (WIDTH - 58.0, 62.0))
 
 
 def shade(colour: str, light: float) -> str:
@@ -194,15 +195,26 @@ def render(drawing: Drawing, axes: Array | None = None, interactive: str = "") -
     children = [
         tag("desc", drawing.description),
         tag("g", *solids, class_="solids"),
-        tag("g", *_inset(drawing, camera.axes), class_="inset"),
+        tag("g", *_inset(drawing, camera), class_="inset"),
         tag("g", *labels, class_="labels"),
     ]
     return figure(children, WIDTH, HEIGHT, drawing.title, class_="mechanism", id=interactive or None)
 
 
-def _inset(drawing: Drawing, axes: Array) -> list[Markup]:
-    """Ground axes and the direction of gravity, in the corner."""
-    x0, y0, size = INSET
+def inset_corner(drawing: Drawing, camera: Camera) -> tuple[float, float]:
+    """The corner with least in it."""
+    seen = np.vstack([camera.see(placed(drawing, s.body, s.points)) for s in drawing.shapes] or [np.zeros((1, 3))])
+
+    def crowd(corner: tuple[float, float]) -> int:
+        near = (abs(seen[:, 0] - corner[0]) < 75) & (abs(seen[:, 1] - corner[1]) < 75)
+        return int(np.sum(near))
+
+    return min(CORNERS, key=crowd)
+
+
+def _inset(drawing: Drawing, camera: Camera) -> list[Markup]:
+    """Ground axes and the direction of gravity, in a corner."""
+    (x0, y0), size, axes = inset_corner(drawing, camera), INSET, camera.axes
     rows = [("x", np.array([1.0, 0, 0]), "axis"), ("y", np.array([0, 1.0, 0]), "axis"), ("z", np.array([0, 0, 1.0]), "axis")]
     if drawing.gravity is not None:
         rows.append(("g", np.array(drawing.gravity), "gravity"))
@@ -225,11 +237,14 @@ def _labels(drawing: Drawing, camera: Camera) -> list[Markup]:
     """Each label beside its point, where it covers least of what is there already."""
     anchors = [camera.see(placed(drawing, label.body, [label.point]))[0] for label in drawing.labels]
     busy = [(float(a[0]), float(a[1])) for a in anchors]
-    busy += [(float(x), float(y)) for s in drawing.shapes if s.kind in ("arrow", "com") for x, y in _samples(drawing, camera, s)]
+    for shape in drawing.shapes:
+        if shape.kind in ("arrow", "com", "face"):
+            busy += _samples(drawing, camera, shape)
     found = []
     for label, anchor in zip(drawing.labels, anchors, strict=True):
         half = _half_width(label)
-        options = [(anchor[0] + (12 + half) * dx, anchor[1] + 20 * dy) for dx, dy in DIRECTIONS]
+        reach = (1.0,) if label.kind == "vector" else (1.0, 1.5)
+        options = [(anchor[0] + (10 * r + half) * dx, anchor[1] + 18 * r * dy) for r in reach for dx, dy in DIRECTIONS]
         x, y = min(options, key=lambda place: _clutter(place, half, busy))
         busy.extend((x + t * half, y) for t in (-0.8, 0.0, 0.8))
         children = [symbol(label.text)] if label.kind != "joint" else [label.text]
@@ -247,6 +262,9 @@ def _half_width(label: Label) -> float:
 
 def _samples(drawing: Drawing, camera: Camera, shape: Shape) -> list[tuple[float, float]]:
     seen = camera.see(placed(drawing, shape.body, shape.points))[:, :2]
+    if shape.kind == "face":
+        x, y = seen.mean(axis=0)
+        return [(float(x), float(y))]
     return [tuple(float(c) for c in seen[0] + (seen[-1] - seen[0]) * t) for t in (0.0, 0.35, 0.7, 1.0)]  # type: ignore[misc]
 
 

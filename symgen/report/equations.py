@@ -1,4 +1,4 @@
-"""Equations for the page: MathML where one can be read, else how many operations it takes."""
+"""Equations for the page: MathML where it can be read, else how many operations the function takes."""
 
 from __future__ import annotations
 
@@ -7,55 +7,71 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from symgen.catalogue import CATALOGUE
 from symgen.program.instructions import count
 from symgen.system import System
 
-MAX_CHARACTERS = 60_000
-"""MathML of one equation; beyond this nobody reads it."""
-OPEN_CHARACTERS = 9_000
+LONGEST = 70_000
+"""Characters of MathML of one equation; nobody reads more."""
+SHOWN = 8_000
 """Shorter ones are shown unfolded."""
-
-WANTED = (
-    ("velocity_transformation", "paper"),
-    ("velocity_transformation_rate", "paper"),
-    ("mass_matrix", "names"),
-    ("bias_force", "names"),
-    ("gravity_force", "names"),
-    ("kinetic_energy", "names"),
-    ("potential_energy", "names"),
-    ("forward_dynamics", "names"),
-)
-"""Catalogue rows on the page, and in which symbols."""
 
 
 @dataclass(frozen=True)
 class Equation:
+    """``math`` None: ``note`` says why it is not printed."""
+
     title: str
     math: Markup | None
     note: str = ""
     open: bool = True
 
 
-def _title(name: str, symbols: str) -> str:
-    written = ", in the paper's symbols d and u" if symbols == "paper" else ""
-    return f"{name}: {CATALOGUE[name].summary}{written}"
+@dataclass(frozen=True)
+class _Wanted:
+    row: str
+    title: str
+    symbols: str
+    most: int
+    """Operations of the function beyond which its equation is not tried."""
+
+
+WANTED = (
+    _Wanted("velocity_transformation", "Velocity transformation R, in d and u", "paper", 10**9),
+    _Wanted("velocity_transformation_rate", "Its rate Ṙ, in d and u", "paper", 10**9),
+    _Wanted("mass_matrix", "Mass matrix, from R", "paper", 10**9),
+    _Wanted("bias_force", "Bias force, from R", "paper", 10**9),
+    _Wanted("mass_matrix", "Mass matrix, in joint coordinates", "joint", 600),
+    _Wanted("gravity_force", "Gravity force, in joint coordinates", "joint", 300),
+    _Wanted("bias_force", "Bias force, in joint coordinates", "joint", 600),
+    _Wanted("kinetic_energy", "Kinetic energy, in joint coordinates", "joint", 150),
+    _Wanted("potential_energy", "Potential energy, in joint coordinates", "joint", 300),
+    _Wanted("forward_dynamics", "Forward dynamics, in joint coordinates", "joint", 120),
+)
 
 
 def equations(system: System) -> Sequence[Equation]:
-    """What the catalogue's most read rows are, for a system without closed loops."""
-    found: list[Equation] = []
-    for name, symbols in WANTED:
-        title = _title(name, symbols)
-        math = _mathml(system, name, symbols)
-        if math is not None and len(math) <= MAX_CHARACTERS:
-            found.append(Equation(title, Markup(math), open=len(math) <= OPEN_CHARACTERS))  # noqa: S704
-        else:
-            counts = count(system.program(name))
-            note = f"too long to print ({counts.flops} operations and {counts.sincos} sines with cosines by the cheapest plan)."
-            found.append(Equation(title, None, note))
-    return found
+    """The equations of a system without closed loops, in reading order."""
+    return [_equation(system, wanted) for wanted in WANTED]
 
 
-def _mathml(system: System, name: str, symbols: str) -> str | None:
-    return None
+def _equation(system: System, wanted: _Wanted) -> Equation:
+    counts = count(system.program(wanted.row))
+    math = ""
+    if counts.flops <= wanted.most:
+        from symgen.targets.sympy import equations as written
+
+        math = written(system, [wanted.row], symbols=wanted.symbols, format="mathml")
+    if not math or len(math) > LONGEST:
+        note = f"too long to print; the generated code takes {counts.flops} operations and {_sines(counts.sincos)}."
+        return Equation(wanted.title, None, note)
+    return Equation(wanted.title, Markup(_bracketed(math)), open=len(math) <= SHOWN)  # noqa: S704
+
+
+def _bracketed(math: str) -> str:
+    """Brackets of matrices as borders: a browser without a mathematical font cannot stretch the characters."""
+    opened = math.replace("<mo>[</mo><mtable>", '<mtable class="brackets">')
+    return opened.replace("</mtable><mo>]</mo>", "</mtable>")
+
+
+def _sines(pairs: int) -> str:
+    return f"{pairs} sine{'s' if pairs != 1 else ''} with {'their cosines' if pairs != 1 else 'its cosine'}"

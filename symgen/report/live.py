@@ -7,7 +7,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from symgen.report.camera import HEIGHT, INSET, LIGHT, MARGIN, WIDTH, choose_view
+from symgen.report.camera import HEIGHT, INSET, LIGHT, MARGIN, WIDTH, aim, choose_view, inset_corner
 from symgen.report.drawing import Drawing, Frame
 from symgen.report.solids import Array
 
@@ -35,14 +35,16 @@ def _rows(matrix: Array) -> list[list[float]]:
 def drawing_json(drawing: Drawing) -> Markup:
     """JSON that may stand inside a script element whatever the names are."""
     directions = [[1, 0, 0], [0, 1, 0], [0, 0, 1]] + ([list(drawing.gravity)] if drawing.gravity else [])
-    sizes = [INSET[2]] * 3 + ([round(0.8 * INSET[2], 1)] if drawing.gravity else [])
+    sizes = [INSET] * 3 + ([round(0.8 * INSET, 1)] if drawing.gravity else [])
+    axes = choose_view(drawing)
+    x, y = inset_corner(drawing, aim(drawing, axes))
     value = {
         "width": WIDTH,
         "height": HEIGHT,
         "margin": MARGIN,
         "light": [round(float(x), 6) for x in LIGHT],
-        "inset": {"x": INSET[0], "y": INSET[1], "directions": directions, "sizes": sizes},
-        "axes": _rows(choose_view(drawing)),
+        "inset": {"x": x, "y": y, "directions": directions, "sizes": sizes},
+        "axes": _rows(axes),
         "centre": drawing.centre,
         "radius": drawing.radius,
         "up": drawing.up,

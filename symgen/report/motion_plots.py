@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from markupsafe import Markup
 
 from symgen.report import tables, words
-from symgen.report.plots import SERIES, Series, line_plot, loglog_plot
+from symgen.report.plots import SERIES, Series, line_plot, loglog_plot, mark
 from symgen.report.svg import tag
 from symgen.validation.result import Refinement, Trajectory, ValidationResult
 
 MAX_PANELS = 24
 
 
-def validation_values(result: ValidationResult | None, refusal: str) -> dict[str, object]:
-    """Values of the template ``sections/validation``."""
+def validation_values(result: ValidationResult | None, refusal: str, units: Sequence[str]) -> dict[str, object]:
+    """Values of the template ``sections/validation``. ``units``: of the entries of q."""
     empty = {"validation": None, "skipped": None, "panels": [], "refinement": "", "refinement_legend": []}
     if result is None or not (result.rows or result.skipped):
         note = refusal or "This page was made without a validation; `symgen validate SCENE --report` makes one with it."
@@ -26,7 +28,7 @@ def validation_values(result: ValidationResult | None, refusal: str) -> dict[str
         "validation_words": _words(result),
     }
     if result.trajectory is not None:
-        values |= _plots(result.trajectory)
+        values |= _plots(result.trajectory, units)
     return values
 
 
@@ -42,12 +44,13 @@ def _words(result: ValidationResult) -> str:
     return f"{text}{states} {verdict}"
 
 
-def _plots(trajectory: Trajectory) -> dict[str, object]:
+def _plots(trajectory: Trajectory, units: Sequence[str]) -> dict[str, object]:
     panels = []
     for k, name in list(enumerate(trajectory.coordinates))[:MAX_PANELS]:
         values = tuple(row[k] for row in trajectory.q)
         series = Series(name, trajectory.times, values, style=k % SERIES)
-        panels.append(line_plot([series], f"{name} over time", "time, s", name))
+        unit = f", {units[k]}" if k < len(units) and units[k] != "1" else ""
+        panels.append(line_plot([series], f"{name} over time", "time, s", f"{name}{unit}"))
     if trajectory.energy:
         first = trajectory.energy[0]
         drift = Series("energy", trajectory.times, tuple(e - first for e in trajectory.energy), style=0)
@@ -73,7 +76,5 @@ def _legend(refinement: Refinement) -> str:
 
 
 def _key(style: int) -> Markup:
-    from symgen.report.plots import _mark
-
     name = f"s{style % SERIES}"
-    return tag("path", class_=f"curve {name}", d="M0 6H26") + _mark(style, 13.0, 6.0, name)
+    return tag("path", class_=f"curve {name}", d="M0 6H26") + mark(style, 13.0, 6.0, name)

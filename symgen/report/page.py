@@ -123,6 +123,7 @@ def render_page(
     result: ValidationResult | None,
 ) -> str:
     """The page as text. ``refusal``: why the scene has no functions, empty when it has."""
+    units = [unit for body in system.tree.bodies for unit in JOINT_TYPES[body.joint.type].q_units]
     script = Markup(asset("mechanism.js"))  # noqa: S704
     values: dict[str, object] = {
         "version": VERSION,
@@ -137,7 +138,7 @@ def render_page(
         "facts": _facts(system, manifest),
     }
     values |= _problem(system) | _mechanism(system, drawing) | _topology(system) | _natural(system)
-    values |= _operations(system, refusal) | _code(directory, manifest) | motion_plots.validation_values(result, refusal)
+    values |= _operations(system, refusal) | _code(directory, manifest) | motion_plots.validation_values(result, refusal, units)
     values |= {"parameters": tables.parameters(system), "provenance": _provenance(system, result)}
     return render("report/page.html.j2", **values)
 
@@ -215,17 +216,22 @@ def _natural(system: System) -> dict[str, object]:
     plane = " The mechanism is planar: points have two coordinates." if natural.plane is not None else ""
     equal = "equal to" if nullity == nv else "not equal to"
     freedom = "degrees of freedom" if not system.tree.cut_joints else "velocities of the open tree"
-    sentence = (
-        f"{natural.nn} natural coordinates x satisfy {natural.nc} constraints Ψ(x) = 0. The Jacobian Ψ_q has rank {rank} "
+    sentence = Markup(
+        f"{natural.nn} natural coordinates x satisfy {natural.nc} constraints Ψ(x) = 0. The Jacobian Ψ<sub>q</sub> has rank {rank} "
         f"at a random configuration (exact, in a prime field), so its nullity is {natural.nn} − {rank} = {nullity}, {equal} "
         f"the number of {freedom}, {nv}.{plane}"
-    )
-    return {"nullity": sentence, "entities": tables.entities(system), "carriers": tables.carriers(system)}
+    )  # noqa: S704
+    return {
+        "nullity": sentence,
+        "entities": tables.entities(system),
+        "carriers": tables.carriers(system),
+        "constraints": tables.constraints(system),
+    }
 
 
 def _operations(system: System, refusal: str) -> dict[str, object]:
     if refusal:
-        return {"plans": None, "plan_chart": "", "equations": [], "equations_note": ""}
+        return {"plans": None, "plan_families": [], "plan_chart": "", "equations": [], "equations_note": ""}
     rows = show.plan_rows(system)
     groups: dict[str, list[Bar]] = {}
     for row in rows:
@@ -235,6 +241,7 @@ def _operations(system: System, refusal: str) -> dict[str, object]:
     chart = bar_chart(several, "Operations of every plan, by function", "flops") if several else ""
     return {
         "plans": tables.plans(rows),
+        "plan_families": tables.plan_families(rows),
         "plan_chart": chart,
         "equations": equations(system),
         "equations_note": "No equations are printed.",
@@ -243,10 +250,11 @@ def _operations(system: System, refusal: str) -> dict[str, object]:
 
 def _code(directory: Path | None, manifest: Mapping[str, Any] | None) -> dict[str, object]:
     if directory is None or not manifest:
-        return {"functions": None, "certificates": None, "excerpts": []}
+        return {"functions": None, "certificates": None, "methods": [], "excerpts": []}
     return {
         "functions": tables.functions(manifest),
         "certificates": tables.certificates(manifest),
+        "methods": [(letter, method) for method, letter in tables.methods(manifest).items()],
         "excerpts": excerpts(directory, manifest),
     }
 

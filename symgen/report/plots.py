@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from markupsafe import Markup
 
@@ -103,11 +103,11 @@ def _curve(series: Series, x: Axis, y: Axis) -> list[Markup]:
     style = f"s{series.style % SERIES}"
     parts = [tag("path", class_=f"curve {style}", d=path(points))] if len(points) > 1 else []
     if series.marks:
-        parts += [_mark(series.style, a, b, style) for a, b in points]
+        parts += [mark(series.style, a, b, style) for a, b in points]
     return parts
 
 
-def _mark(kind: int, x: float, y: float, style: str) -> Markup:
+def mark(kind: int, x: float, y: float, style: str) -> Markup:
     """Circle, square, diamond: series differ by more than colour."""
     if kind % 3 == 0:
         return tag("circle", class_=f"mark {style}", cx=x, cy=y, r="4")
@@ -117,7 +117,12 @@ def _mark(kind: int, x: float, y: float, style: str) -> Markup:
 
 
 def line_plot(series: Sequence[Series], title: str, x_label: str, y_label: str, width: float = 330, height: float = 190) -> Markup:
-    """Values over time."""
+    """Values over time; very small and very large ones are given in a power of ten beside the name of the axis."""
+    most = max((abs(b) for s in series for b in s.y if math.isfinite(b)), default=0.0)
+    exponent = 3 * math.floor(math.log10(most) / 3) if most > 0 and not 0.01 <= most < 1e5 else 0
+    if exponent:
+        series = [replace(s, y=tuple(b / 10.0**exponent for b in s.y)) for s in series]
+        y_label = f"{y_label} × {power(-exponent)}"
     x = linear_axis_exact([a for s in series for a in s.x], 58, width - 14)
     y = linear_axis([b for s in series for b in s.y if math.isfinite(b)] or [0.0], height - 42, 26)
     curves = [part for s in series for part in _curve(s, x, y)]
@@ -170,7 +175,7 @@ class Bar:
 
 def bar_chart(groups: Sequence[tuple[str, Sequence[Bar]]], title: str, unit: str) -> Markup:
     """Horizontal bars in groups; within a group lengths are in proportion, the longest fills the width."""
-    left, full, step, gap = 168.0, 330.0, 20.0, 30.0
+    left, full, step, gap = 196.0, 330.0, 20.0, 30.0
     parts: list[Markup] = []
     y = 6.0
     for name, bars in groups:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
 from symgen import show
 from symgen.natural.entities import Entity
@@ -139,6 +140,27 @@ def entities(system: System) -> Table:
     return Table("Natural coordinates, shared by the bodies they are fixed in", header, tuple(rows))
 
 
+def constraints(system: System) -> Table:
+    """Ψ(x) = 0 by body or joint: what each row keeps as it is."""
+    kinds = {"length": "lengths", "angle": "angles", "tie": "ties", "joint": "joint"}
+    found: dict[tuple[str, str], list[Markup]] = {}
+    for constraint in system.natural.constraints:
+        owner, _, text = constraint.name.rpartition(": ")
+        found.setdefault((owner, kinds.get(constraint.kind, constraint.kind)), []).append(expression_html(text))
+    rows = tuple((owner, kind, str(len(texts)), Markup(", ").join(texts)) for (owner, kind), texts in found.items())
+    caption = "Constraints Ψ(x) = 0: what stays constant (n1, n2, m, n: directions fixed in the bodies of a joint)"
+    return Table(caption, ("body or joint", "kind", "rows", "what stays constant"), rows, frozenset({2}))
+
+
+_LABEL = re.compile(r"([ru]\d+(?:_\d+)?)")
+
+
+def expression_html(text: str) -> Markup:
+    """``u2·(r3-r2)`` with its labels as mathematics."""
+    parts = _LABEL.split(text)
+    return Markup("").join(label_html(part) if k % 2 else minus(part) for k, part in enumerate(parts))
+
+
 def carriers(system: System) -> Table:
     natural = system.natural
     rows = []
@@ -166,11 +188,30 @@ def plans(rows: Sequence[Mapping[str, Any]]) -> Table:
         previous = row["function"]
         operations = row["operations"]
         counts = tuple(str(n) for n in operations.values()) if operations else ("–",) * 5
-        flops = Markup("<strong>{}</strong>").format(row["flops"]) if row["chosen"] else str(row["flops"] or "–")
+        flops = Markup("<strong>{}</strong>").format(row["flops"]) if row["chosen"] else str(row["flops"])
         plan = Markup("<strong>{}</strong> (chosen)").format(row["plan"]) if row["chosen"] else row["plan"]
-        body.append((name, plan, *counts, flops if operations else "–", row["why"]))
+        body.append((name, plan, *counts, flops if operations else "–", _why(row)))
     header = ("function", "plan", "add", "mul", "div", "sqrt", "sincos", "flops", "why")
     return Table("Operations of every plan", header, tuple(body), frozenset(range(2, 8)))
+
+
+_EXPLAINED = re.compile(r"(?P<why>fewest operations|[\d.]+ times the cost): (?P<plan>.*)")
+
+
+def _why(row: Mapping[str, Any]) -> str:
+    """Why a plan was taken or not, without what the plan is (that stands once above the table)."""
+    found = _EXPLAINED.fullmatch(str(row["why"]))
+    return found["why"] if found else str(row["why"])
+
+
+def plan_families(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
+    """(plan, what it is) of the plans in the table, where their reasons say so."""
+    found: dict[str, str] = {}
+    for row in rows:
+        match = _EXPLAINED.fullmatch(str(row["why"]))
+        if match:
+            found.setdefault(row["plan"], match["plan"])
+    return list(found.items())
 
 
 def functions(manifest: Mapping[str, Any]) -> Table:
@@ -190,12 +231,21 @@ def _port(port: Mapping[str, Any]) -> str:
     return f"{port['name']} ({shape})" if shape else str(port["name"])
 
 
+def methods(manifest: Mapping[str, Any]) -> dict[str, str]:
+    """How functions were certified, under a letter each: {method: letter}."""
+    found: dict[str, str] = {}
+    for row in manifest["functions"]:
+        found.setdefault(row["certificate"]["method"], chr(ord("A") + len(found)) if len(found) < 26 else str(len(found)))
+    return found
+
+
 def certificates(manifest: Mapping[str, Any]) -> Table:
+    letters = methods(manifest)
     rows = []
     for row in manifest["functions"]:
         c = row["certificate"]
         doubt = scientific(c["failure_probability"])
-        rows.append((row["name"], c["method"], c["checked_against"], str(c["points"]), doubt))
+        rows.append((row["name"], letters[c["method"]], c["checked_against"], str(c["points"]), doubt))
     header = ("function", "method", "checked against", "points", "failure probability at most")
     return Table("One certificate per function", header, tuple(rows), frozenset({3, 4}))
 
@@ -209,11 +259,17 @@ def parameters(system: System) -> Table:
 
 
 def validation(result: ValidationResult) -> Table:
-    rows, groups = [], []
+    """Rows of one check together, in the order the checks were first made."""
+    by_check: dict[str, list[Row]] = {}
     for row in result.rows:
-        if not groups or groups[-1][0] != row.check:
-            groups.append((row.check, len(rows)))
-        rows.append((row.quantity, scientific(row.value), f"≤ {scientific(row.criterion)}", verdict(row), note(row)))
+        by_check.setdefault(row.check, []).append(row)
+    rows: list[tuple[str, ...]] = []
+    groups = []
+    for check, members in by_check.items():
+        groups.append((check, len(rows)))
+        for row in members:
+            criterion = f"≤ {scientific(row.criterion).removeprefix('1.0 × ')}"
+            rows.append((row.quantity, scientific(row.value), criterion, verdict(row), note(row)))
     header = ("check", "value", "criterion", "verdict", "compared with")
     return Table("Checks", header, tuple(rows), frozenset({1, 2}), tuple(groups))
 
@@ -237,5 +293,3 @@ def skipped(result: ValidationResult) -> Table:
 def cut_joints(system: System) -> list[str]:
     return show.cut_joint_text(system.scene, system.tree).splitlines()
 
-
-__all__ = ["Table", "escape"]

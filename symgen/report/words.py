@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from fractions import Fraction
 
-from symgen.scene.model import GROUND, Joint, JointSpring, Scene, Spring
-from symgen.show import number, vector
+from symgen.scene.model import GROUND, Joint, JointSpring, Matrix3, Scene, Spring
+from symgen.show import number
 from symgen.system import System
 from symgen.topology.tree import TreeBody
 
@@ -24,7 +25,12 @@ def exact(value: Fraction) -> str:
 
 
 def triple(values: Sequence[Fraction]) -> str:
-    return minus(vector(values)).replace("[", "(").replace("]", ")")
+    """Components in parentheses, with one ``≈`` before them where they are rounded."""
+    texts = [number(Fraction(value)) for value in values]
+    rounded = any(text.startswith("≈") for text in texts)
+    if rounded:
+        texts = [f"{float(value):.4g}" for value in values]
+    return ("≈" if rounded else "") + minus(f"({', '.join(texts)})")
 
 
 def counted(n: int, singular: str, plural: str = "") -> str:
@@ -84,12 +90,27 @@ def introduction(system: System) -> list[str]:
     return sentences
 
 
+def _turned(rotation: Matrix3) -> str:
+    """A mounting rotation as angle and axis; nothing where there is none."""
+    r = [[float(x) for x in row] for row in rotation]
+    cosine = max(-1.0, min(1.0, (r[0][0] + r[1][1] + r[2][2] - 1) / 2))
+    angle = math.acos(cosine)
+    if angle < 1e-9:
+        return ""
+    if angle > math.pi - 1e-6:  # the axis is a column of R + 1
+        k = max(range(3), key=lambda i: r[i][i])
+        axis = [r[i][k] + (1.0 if i == k else 0.0) for i in range(3)]
+    else:
+        axis = [r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]]
+    size = math.sqrt(sum(x * x for x in axis))
+    unit = ", ".join(f"{x / size + 0.0:.3g}" for x in axis)
+    return minus(f", turned by {math.degrees(angle):.4g}° about ({unit})")
+
+
 def joint_sentence(joint: Joint, parent: str, child: str) -> str:
     """What a joint lets its child do."""
-    origin, turns = joint.origin, joint.origin.rotation
     there = "the ground" if parent == GROUND else parent
-    at = f"at {triple(origin.translation)} m of {there}"
-    oriented = "" if all(turns[i][i] == 1 for i in range(3)) else ", in axes turned against it"
+    at = f"; the joint stands at {triple(joint.origin.translation)} m in {there}{_turned(joint.origin.rotation)}"
     axis = direction(joint.axis) if joint.axis is not None else ""
     kinds = {
         "revolute": f"turns about {axis}",
@@ -109,7 +130,7 @@ def joint_sentence(joint: Joint, parent: str, child: str) -> str:
     if joint.damping:
         extra.append(f"damping {exact(joint.damping)}")
     tail = f" ({', '.join(extra)})" if extra else ""
-    where = "" if joint.type == "floating" else f" {at}{oriented}"
+    where = "" if joint.type == "floating" else at
     return f"{child} {kinds[joint.type]}{where}{tail}."
 
 
