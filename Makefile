@@ -28,8 +28,14 @@ test: $(STAMP) ## the tests (PYTEST_ARGS=--slow for all of them)
 
 .PHONY: lint
 lint: $(STAMP) ## ruff and mypy --strict
-	@$(BIN)/ruff check --quiet .
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check --quiet .
 	@$(BIN)/mypy
+
+.PHONY: format
+format: $(STAMP) ## what ruff can put right by itself
+	@$(BIN)/ruff check --fix --quiet .
+	@$(BIN)/ruff format --quiet .
 
 .PHONY: bench
 bench: $(STAMP) ## speed and error of the generated C for a few examples
