@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from decimal import Decimal
 from fractions import Fraction
 
 from symgen.errors import NotSupportedError
@@ -51,6 +52,8 @@ class Constant:
 
     @property
     def comment(self) -> str:
+        if self.value.numerator.bit_length() + self.value.denominator.bit_length() > 160:
+            return ""  # along a long chain constants have thousands of digits
         text = str(self.value)
         return text if len(text) <= 45 else ""
 
@@ -78,8 +81,10 @@ def round_to(value: Fraction, precision: Precision) -> Fraction:
 
 
 def _short(value: Fraction) -> str:
-    text = str(value)
-    return text if len(text) <= 40 else text[:37] + "..."
+    if value.numerator.bit_length() + value.denominator.bit_length() > 120:
+        magnitude = (value.numerator.bit_length() - value.denominator.bit_length()) * 0.30103
+        return f"of the size of 1e{magnitude:.0f}"
+    return str(value)
 
 
 def exact_decimal(value: Fraction) -> tuple[int, int] | None:
