@@ -10,9 +10,10 @@ The way from a scene to numbers::
 
 from symgen.artifact import Artifact
 from symgen.generate import generate
+from symgen.scene.builder import SceneBuilder
 from symgen.scene.load import load
 from symgen.scene.model import Scene
 from symgen.system import System, derive
 from symgen.version import VERSION as __version__
 
-__all__ = ["Artifact", "Scene", "System", "__version__", "derive", "generate", "load"]
+__all__ = ["Artifact", "Scene", "SceneBuilder", "System", "__version__", "derive", "generate", "load"]

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from symgen.algebra.field import FieldNumbers, Residue
+from symgen.algebra.field import FieldNumbers
 from symgen.artifact import Artifact, FunctionRecord, build_manifest, manifest_text, write_artifact
 from symgen.certificate import Candidate, Certificate, Certifier
 from symgen.errors import CertificateError
-from symgen.program.evaluate import evaluate_all
+from symgen.program.evaluate import evaluate_residues
 from symgen.program.instructions import Program
 from symgen.scene.load import load
 from symgen.scene.model import Output, Scene
@@ -141,16 +141,11 @@ def _certify(
     )
 
 
-def _values(program: Program, numbers: FieldNumbers, inputs: Mapping[str, Sequence[int]]) -> list[Residue]:
-    residues = {name: [Residue(x, numbers.p) for x in values] for name, values in inputs.items()}
-    return evaluate_all(program, numbers, residues)
-
-
 def _c_candidate(text: ReadFunction, program: Program) -> Candidate:
     def evaluate(numbers: FieldNumbers, inputs: Mapping[str, Sequence[int]]) -> Mapping[str, Sequence[int]]:
         if program.guards:
-            values = _values(program, numbers, inputs)
-            expected = [values[i].x for i in program.guards]
+            values = evaluate_residues(program, numbers, inputs)
+            expected = [values[i] for i in program.guards]
             if text.guards_mod(numbers.p, inputs, numbers.apply) != expected:
                 raise CertificateError(f"{program.name}: the emitted C does not guard the pivots")
         return text.evaluate_mod(numbers.p, inputs, numbers.apply)
@@ -162,7 +157,7 @@ def _casadi_candidate(function: casadi.Function, program: Program) -> Candidate:
     from symgen.targets.casadi import evaluate_mod
 
     def evaluate(numbers: FieldNumbers, inputs: Mapping[str, Sequence[int]]) -> Mapping[str, Sequence[int]]:
-        wanted = [value.x for value in _values(program, numbers, inputs)]
+        wanted = evaluate_residues(program, numbers, inputs)
         return evaluate_mod(function, program, numbers, inputs, wanted)
 
     return Candidate("CasADi", evaluate)

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from symgen.algebra.field import MERSENNE_61, FieldNumbers, Residue
-from symgen.program.evaluate import evaluate
+from symgen.program.evaluate import evaluate, evaluate_all, evaluate_residues
 from symgen.program.graph import Graph, Node, extract
 from symgen.program.instructions import OPERATIONS, Instruction, Port, Program, count
 from symgen.program.passes import common_factor, fold_negations, optimise
@@ -180,3 +180,13 @@ def test_the_same_bytes_under_any_hash_seed() -> None:
         result = subprocess.run(command, capture_output=True, text=True, env=environment, check=True)
         digests.add(result.stdout)
     assert len(digests) == 1
+
+
+@given(st.integers(0, 2**32))
+@settings(max_examples=30, deadline=None)
+def test_the_fast_evaluation_in_the_field_is_the_plain_one(seed: int) -> None:
+    program = program_of(random_recipe(random.Random(seed), 40))
+    numbers = FieldNumbers(MERSENNE_61, seed)
+    inputs = [random.Random(seed + k).randrange(MERSENNE_61) for k in range(4)]
+    plain = evaluate_all(program, numbers, {"x": [Residue(x, MERSENNE_61) for x in inputs]})
+    assert [value.x for value in plain] == evaluate_residues(program, numbers, {"x": inputs})

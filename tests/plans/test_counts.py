@@ -1,0 +1,47 @@
+"""Operation counts that must not grow, and what `symgen show` says of the choice."""
+
+from __future__ import annotations
+
+import pytest
+
+from symgen.plans.choose import cost
+from symgen.program.instructions import count
+from symgen.scene.load import load
+from symgen.system import System, derive
+from tests.plans.chains import chain
+
+BARS = {
+    "ur5": {"mass_matrix": 150, "bias_force": 260, "inverse_dynamics": 294, "forward_dynamics": 531},
+    "panda": {"mass_matrix": 356, "bias_force": 580, "inverse_dynamics": 605, "forward_dynamics": 1166},
+    "double_pendulum": {"mass_matrix": 4, "bias_force": 15, "inverse_dynamics": 24, "forward_dynamics": 31},
+}
+"""Flops, sines and cosines not counted. (The Panda has damped joints, 14 of its operations.)"""
+
+
+@pytest.fixture(scope="module", params=list(BARS))
+def robot(request: pytest.FixtureRequest) -> tuple[str, System]:
+    return request.param, derive(load(f"examples/{request.param}.scene.yaml"))
+
+
+def test_counts_stay_at_or_below_what_was_reached(robot: tuple[str, System]) -> None:
+    name, system = robot
+    for function, most in BARS[name].items():
+        assert count(system.program(function)).flops <= most, function
+
+
+def test_the_cheapest_plan_is_chosen_and_the_choice_explained(robot: tuple[str, System]) -> None:
+    _, system = robot
+    for function in ("mass_matrix", "forward_dynamics", "natural_coordinates"):
+        choices = system.plans(function)
+        (chosen,) = [choice for choice in choices if choice.chosen]
+        assert chosen.counts is not None
+        for choice in choices:
+            assert choice.why
+            assert choice.counts is None or cost(choice.counts) >= cost(chosen.counts)
+
+
+def test_long_chains_go_to_articulated_bodies_without_counting_what_cannot_win() -> None:
+    system = derive(chain(40))
+    choices = {choice.plan: choice for choice in system.plans("forward_dynamics", every=False)}
+    assert choices["articulated"].chosen
+    assert choices["factored"].counts is None and "LᵀDL alone" in choices["factored"].why
