@@ -195,6 +195,37 @@ def test_batch_is_scalar_bitwise(precision: str, cc: str, tmp_path: Path) -> Non
                 assert all(x[i].tobytes() == y.tobytes() for x, y in zip(outputs, single, strict=True))
 
 
+@pytest.mark.parametrize("precision", ["double", "float"])
+def test_batch_runs_clean_under_sanitizers(precision: str, tmp_path: Path) -> None:
+    """On arrays of exactly the size stated; with no states at all on null pointers."""
+    emitted = emit_c("demo", all_programs(), info(batch=True, status=True, precision=precision))
+    write_files(emitted, tmp_path)
+    lines = ['#include "demo.h"', "#include <stdlib.h>", "int main(void)", "{", "    const size_t n = 5;"]
+    lines += [f"    const {precision} p[DEMO_NP] = {{1, 2, 3, 4}};"]
+    for function in emitted.functions:
+        for symbol, own in ((function.symbols.batch, False), (function.symbols.batch_p, True)):
+            if not symbol:
+                continue
+            lines.append("    {")
+            arguments, empty_arguments = [], []
+            for port in function.program.inputs + function.program.outputs:
+                if port.name == "dt" or (port.name == "p" and not own):
+                    arguments.append("1" if port.name == "dt" else "p")
+                    empty_arguments.append(arguments[-1])
+                    continue
+                lines.append(f"        {precision} *x_{port.name} = calloc(n * {port.size}, sizeof *x_{port.name});")
+                arguments.append(f"x_{port.name}")
+                empty_arguments.append("NULL")
+            lines.append(f"        (void){symbol}(n, {', '.join(arguments)});")
+            lines.append(f"        {symbol}(0, {', '.join(empty_arguments)});")
+            lines += [f"        free({name});" for name in arguments if name.startswith("x_")]
+            lines.append("    }")
+    (tmp_path / "use.c").write_text("\n".join([*lines, "    return 0;", "}"]) + "\n")
+    flags = ["-std=c99", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+    run(["gcc", *flags, "-o", "use", *emitted.sources, "use.c", "-lm"], tmp_path)
+    run(["./use"], tmp_path)
+
+
 def test_functions_without_state_have_no_batch() -> None:
     emitted = emit_c("demo", [constant(), arm()], info(batch=True))
     assert [bool(f.symbols.batch) for f in emitted.functions] == [False, True]

@@ -309,6 +309,37 @@ def test_header_is_checked() -> None:
             read_back(changed(emitted, header.replace(old, new, 1), "demo.h"))
 
 
+@pytest.mark.parametrize("status", [False, True])
+def test_batch_file_is_checked(status: bool) -> None:
+    """Every number, name and operator of it; comments and blanks aside."""
+    emitted = emit_c("demo", all_programs(), info(batch=True, status=status))
+    text = emitted.files["demo_batch.c"]
+    start = text.index("#include")
+    changes = {
+        r"\d+": "3",
+        r"\bq\b": "p",
+        r"\bi\b": "0",
+        r"\+\+": "--",
+        r"demo_(\w+)\(": "demo_x(",
+        r"<": "<=",
+        r" \+ ": " - ",
+    }
+    changes |= {r"\*": "", r"\bn\b": "1", r"const ": "", r"size_t": "int", r"\bfor\b": "if", r"\bdouble\b": "float"}
+    changes |= {r"status": "state", r"\|=": "="} if status else {}
+    for pattern, new in changes.items():
+        found = 0
+        for match in re.finditer(pattern, text):
+            mutant = text[: match.start()] + new + text[match.end() :]
+            if match.start() > start and mutant != text:
+                found += 1
+                with pytest.raises(CertificateError):
+                    read_back(changed(emitted, mutant, "demo_batch.c"))
+        assert found, pattern
+    for extra in (text + "int x;\n", text.replace('"demo.h"', '"other.h"')):
+        with pytest.raises(CertificateError):
+            read_back(changed(emitted, extra, "demo_batch.c"))
+
+
 def test_unused_constant_is_refused() -> None:
     emitted = emit_c("demo", [arm()], info())
     line = "static const double k1 ="

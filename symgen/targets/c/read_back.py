@@ -14,6 +14,7 @@ from fractions import Fraction
 
 from symgen.errors import CertificateError
 from symgen.program.instructions import Port
+from symgen.targets.c.batch_text import check_batch
 from symgen.targets.c.emit import Emitted, EmittedFunction
 from symgen.targets.c.function_text import FunctionReader, ReadFunction
 from symgen.targets.c.rounding import check_literal, literal_value
@@ -74,6 +75,7 @@ def read_back(emitted: Emitted) -> ReadBack:
         functions.update(read)
         literals.extend(found)
     _check_header(emitted)
+    _check_batch(emitted)
     return ReadBack(functions, tuple(literals), emitted.info.options.precision)
 
 
@@ -195,3 +197,18 @@ def _check_header(emitted: Emitted) -> None:
         text = f"{result} {symbol}({arguments});".replace("( ", "(")
         if code.replace("( ", "(").count(text) != 1 or len(re.findall(rf"\b{symbol}\(", code)) != 1:
             raise CertificateError(f"{file}: {symbol} is not declared as it is defined")
+
+
+def _check_batch(emitted: Emitted) -> None:
+    """The batch file, where there is one."""
+    rows = [
+        (function.program, function.symbols.scalar, symbol, own)
+        for function in emitted.functions
+        for symbol, own in ((function.symbols.batch, False), (function.symbols.batch_p, True))
+        if symbol
+    ]
+    file = f"{emitted.name}_batch.c"
+    if rows:
+        options = emitted.info.options
+        code = _code(file, emitted.files[file])
+        check_batch(file, code, emitted.headers[0], rows, options.precision, options.status)
