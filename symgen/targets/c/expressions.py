@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from symgen.program.instructions import Counts
 
@@ -40,7 +40,7 @@ class Expression:
         return self.depth + (self.level < level)
 
     def negated(self) -> Expression:
-        return replace(self, negative=not self.negative)
+        return Expression(self.text, self.level, not self.negative, self.depth, self.constant)
 
 
 def total(a: Expression, b: Expression) -> Expression:

@@ -40,3 +40,11 @@ class Names:
         self._next[base] = number
         self._taken.add(name)
         return name
+
+    def take_numbered(self, stem: str, number: int) -> str:
+        """``stem`` with its number; quicker than `take` for the many temporaries."""
+        name = f"{stem}{number}"
+        if name in self._taken or name in _TAKEN:
+            return self.take(name)
+        self._taken.add(name)
+        return name

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -77,12 +76,13 @@ class _Writer:
 
     def __init__(self, program: Program, table: ConstantTable, functions: Functions, taken: frozenset[str]) -> None:
         self.instructions = program.instructions
+        self.roots = _roots(program)
         self.table = table
         self.functions = functions
         self.names = Names(taken | {port.name for port in program.inputs + program.outputs})
         self.scalars = {port.name for port in program.inputs if port.shape == ()}
         self.constants = {i for i, instruction in enumerate(program.instructions) if instruction.op == "const"}
-        self.forced = {self.root(i)[0] for i in program.guards}
+        self.forced = {self.roots[i][0] for i in program.guards}
         self.stores = _stores(program)
         self.pairs = _pairs(program, functions)
         self.uses = self.count_uses()
@@ -93,29 +93,23 @@ class _Writer:
         self.temporaries = 0
         self.angles: dict[int, int] = {}
 
-    def root(self, index: int) -> tuple[int, bool]:
-        """The instruction behind a chain of negations, and whether its sign is changed."""
-        negative = False
-        while self.instructions[index].op == "neg":
-            index = self.instructions[index].args[0]
-            negative = not negative
-        return index, negative
-
     def at(self, index: int) -> Expression:
-        origin, negative = self.root(index)
+        origin, negative = self.roots[index]
         found = self.expressions[origin]
         return found.negated() if negative else found
 
-    def count_uses(self) -> Counter[int]:
-        uses: Counter[int] = Counter()
+    def count_uses(self) -> list[int]:
+        """How often each instruction is written, were it inline."""
+        uses = [0] * len(self.instructions)
         for index, instruction in enumerate(self.instructions):
-            second_of_pair = (
-                instruction.op in ("cos", "sin") and self.pairs.get(instruction.args[0], (index,))[0] != index
-            )
-            if instruction.op != "neg" and not second_of_pair:
-                uses.update(self.root(i)[0] for i in instruction.args)
+            if instruction.op == "neg":
+                continue
+            if instruction.op in ("cos", "sin") and self.pairs.get(instruction.args[0], (-1, -1))[1] == index:
+                continue  # one call takes both: the argument is written once
+            for argument in instruction.args:
+                uses[self.roots[argument][0]] += 1
         for index, entries in self.stores.items():
-            uses[self.root(index)[0]] += len(entries)
+            uses[self.roots[index][0]] += len(entries)
         return uses
 
     def step(self, index: int) -> None:
@@ -128,7 +122,7 @@ class _Writer:
             if named and instruction.op not in ("const", "input"):
                 self.assign(index, instruction.phase)
         stores = self.stores.get(index, [])
-        if self.root(index)[0] in self.constants:
+        if self.roots[index][0] in self.constants:
             return  # see finish
         text = self.at(index).signed()
         if instruction.op == "neg" and len(stores) > 1:  # one negation, stored more than once
@@ -144,7 +138,7 @@ class _Writer:
             f"{port.name}[{entry}] = {self.at(index).signed()};"
             for port, row in zip(program.outputs, program.results, strict=True)
             for entry, index in enumerate(row)
-            if self.root(index)[0] in self.constants
+            if self.roots[index][0] in self.constants
         ]
         heading = "constant entries" if self.lines else ""
         packed = _fill(texts) if len(texts) > FEW else texts
@@ -171,7 +165,7 @@ class _Writer:
             if not pending:
                 return result
             longest = max(pending, key=lambda i: len(self.at(i).text))
-            self.assign(self.root(longest)[0], instruction.phase)
+            self.assign(self.roots[longest][0], instruction.phase)
 
     def room(self, index: int) -> int:
         """Columns the expression of an instruction may take."""
@@ -241,13 +235,25 @@ class _Writer:
 
     def temporary(self) -> str:
         self.temporaries += 1
-        return self.names.take(f"t{self.temporaries}")
+        return self.names.take_numbered("t", self.temporaries)
 
     def code(self, text: str, phase: str) -> None:
         if phase and phase != self.heading:
             self.lines.append(("heading", comment_text(phase)))
             self.heading = phase
         self.lines.append(("code", text))
+
+
+def _roots(program: Program) -> list[tuple[int, bool]]:
+    """Per instruction: the one behind its chain of negations, and whether its sign is changed."""
+    roots: list[tuple[int, bool]] = []
+    for index, instruction in enumerate(program.instructions):
+        if instruction.op == "neg":
+            origin, negative = roots[instruction.args[0]]
+            roots.append((origin, not negative))
+        else:
+            roots.append((index, False))
+    return roots
 
 
 def _stores(program: Program) -> dict[int, list[tuple[Port, int]]]:
