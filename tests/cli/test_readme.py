@@ -56,6 +56,17 @@ def test_the_example_prints_what_the_readme_says(tmp_path: Path, update: bool) -
     assert fresh == text or update
 
 
+def test_the_scene_reference_is_true(tmp_path: Path) -> None:
+    """Its first scene and its Python run as printed."""
+    blocks = [(match.group(1), match.group(2)) for match in BLOCK.finditer((ROOT / "docs/scene.md").read_text("utf-8"))]
+    scene = next(body for kind, body in blocks if kind == "yaml")
+    (script,) = (body for kind, body in blocks if kind == "python")
+    (tmp_path / "a.scene.yaml").write_text(scene)
+    (tmp_path / SCRIPT).write_text(script + "print(f.mass_matrix([0.0]))\n")
+    assert "double_pendulum: 4 functions certified" in run("symgen generate a.scene.yaml -o a", tmp_path)
+    assert run(f"python {SCRIPT}", tmp_path) == "[[0.4]]\n"
+
+
 @pytest.mark.parametrize("page", [README, *sorted((ROOT / "docs").glob("*.md"))], ids=lambda page: page.name)
 def test_links_lead_somewhere(page: Path) -> None:
     for target in re.findall(r"\]\(([^)#]+)", page.read_text(encoding="utf-8")):
