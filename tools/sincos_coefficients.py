@@ -4,11 +4,12 @@
 Minimax polynomials by Remez' exchange in 60 digits, coefficients rounded one after the other (the ones that weigh
 most first), each time refitting the rest; π/2 in parts for the argument reduction; the bits of 2/π. Needs mpmath.
 
-    python tools/sincos_coefficients.py
+    python tools/sincos_coefficients.py            (--check: only say by the exit status whether the file is up to date)
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
@@ -183,6 +184,8 @@ def main() -> None:
     text += "TWO_OVER_PI = (\n" + "".join(f"    {row},\n" for row in rows) + ")\n"
     text += '"""2/π in words of 32 bits, after three words of nothing."""\n'
     path = Path(__file__).resolve().parents[1] / "symgen" / "targets" / "c" / "coefficients.py"
+    if "--check" in sys.argv[1:]:
+        sys.exit(text != path.read_text(encoding="utf-8"))
     path.write_text(text, encoding="utf-8")
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import ctypes
 import math
 import random
+import subprocess
+import sys
 from collections.abc import Callable, Iterable
 from fractions import Fraction
 from pathlib import Path
@@ -222,3 +224,9 @@ def test_bits_of_two_over_pi() -> None:
     with mpmath.workprec(1400):
         exact = int(mpmath.floor(2 / mpmath.pi * mpmath.mpf(2) ** (32 * 38)))
     assert int("".join(f"{w:08X}" for w in sincos.TWO_OVER_PI[3:]), 16) == exact
+
+
+@pytest.mark.slow
+def test_the_tool_writes_these_coefficients() -> None:
+    tool = Path(__file__).parents[2] / "tools" / "sincos_coefficients.py"
+    assert subprocess.run([sys.executable, str(tool), "--check"], check=False).returncode == 0
