@@ -111,4 +111,7 @@ def _value(
         return arguments[name][index]
     args = [values[i] for i in instruction.args]
     operation = operations.get(instruction.op)
-    return operation(*args) if operation else getattr(SympyNumbers(), instruction.op)(*args)
+    if operation is not None:
+        return operation(*args)
+    with distribute(True):  # SymPy's cos does not end on some sums without
+        return getattr(SympyNumbers(), instruction.op)(*args)

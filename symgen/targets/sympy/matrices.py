@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import gcd, lcm
@@ -23,8 +23,8 @@ from symgen.targets.sympy.symbols import Symbols, system_symbols
 if TYPE_CHECKING:
     from symgen.system import System
 
-BUDGET = 250_000
-"""Products of terms that a closed form may take to derive: about a second."""
+BUDGET = 150_000
+"""Products of terms that a closed form may take to derive: less than a second."""
 LONGEST = 400
 """Terms of one entry beyond which a closed form is not given."""
 READABLE = 40
@@ -45,6 +45,10 @@ class Equation:
     port: Port
     value: sympy.Matrix | sympy.Expr
     definitions: tuple[tuple[sympy.Symbol, sympy.Expr], ...] = ()
+
+    def lambdify(self, arguments: Sequence[Any], modules: str = "numpy") -> Callable[..., Any]:
+        """`sympy.lambdify` of the value, the definitions computed on the way."""
+        return sympy.lambdify(arguments, self.value, modules, cse=lambda x: (list(self.definitions), [x]))  # type: ignore[no-any-return]
 
 
 def sympy_matrix(system: System, name: str, given: Given | None = None) -> Any:

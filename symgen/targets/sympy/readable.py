@@ -62,8 +62,9 @@ class Writer:
             return generator.meaning
         if generator.kind in ("cos", "sin"):
             angles = sorted(generator.meaning.items())
-            argument = sympy.Add(*(n * polynomial.ring.generators[k].meaning for k, n in angles))
-            return sympy.cos(argument) if generator.kind == "cos" else sympy.sin(argument)
+            with distribute(True):  # SymPy's cos does not end on some sums without
+                argument = sympy.Add(*(n * polynomial.ring.generators[k].meaning for k, n in angles))
+                return sympy.cos(argument) if generator.kind == "cos" else sympy.sin(argument)
         if generator.meaning not in self._functions:
             self._functions[generator.meaning] = Writer().write(generator.meaning)
         argument = self._functions[generator.meaning]
