@@ -49,11 +49,11 @@ class Camera:
 
 def placed(drawing: Drawing, body: int, points: Sequence[Sequence[float]]) -> Array:
     """Points of a body in ground axes."""
-    local = np.array(points, dtype=np.float64)
-    if body < 0:
-        return local
-    frame = drawing.frames[body]
-    return local @ np.array(frame.rotation).T + np.array(frame.position)
+    local: Array = np.array(points, dtype=np.float64)
+    if body >= 0:
+        frame = drawing.frames[body]
+        local = local @ np.array(frame.rotation).T + np.array(frame.position)
+    return local
 
 
 def view_axes(up: Array, azimuth: float, elevation: float) -> Array:
@@ -149,10 +149,11 @@ def _arrow(seen: Array) -> str:
 def _element(shape: Shape, seen: Array, scale: float) -> Markup:
     kind = shape.kind
     if kind in ("face", "glass"):
+        glass = "glass" if kind == "glass" else None
         a, b, c = seen[0], seen[1], seen[2]
         normal = unit(np.cross((b - a) * (1, -1, scale), (c - a) * (1, -1, scale)))
         colour = shade(shape.colour, float(normal @ LIGHT))
-        return tag("path", d=path(seen[:, :2], close=True), fill=colour, stroke=colour, class_="glass" if kind == "glass" else None)
+        return tag("path", d=path(seen[:, :2], close=True), fill=colour, stroke=colour, class_=glass)
     if kind == "sheet":
         return tag("path", class_=f"sheet {shape.colour}", d=path(seen[:, :2], close=True))
     if kind == "hull":
@@ -215,7 +216,11 @@ def inset_corner(drawing: Drawing, camera: Camera) -> tuple[float, float]:
 def _inset(drawing: Drawing, camera: Camera) -> list[Markup]:
     """Ground axes and the direction of gravity, in a corner."""
     (x0, y0), size, axes = inset_corner(drawing, camera), INSET, camera.axes
-    rows = [("x", np.array([1.0, 0, 0]), "axis"), ("y", np.array([0, 1.0, 0]), "axis"), ("z", np.array([0, 0, 1.0]), "axis")]
+    rows = [
+        ("x", np.array([1.0, 0, 0]), "axis"),
+        ("y", np.array([0, 1.0, 0]), "axis"),
+        ("z", np.array([0, 0, 1.0]), "axis"),
+    ]
     if drawing.gravity is not None:
         rows.append(("g", np.array(drawing.gravity), "gravity"))
     found = []

@@ -12,8 +12,9 @@ class Shape:
     """One thing to draw, in the frame of a body (−1: ground axes)."""
 
     kind: str
-    """``face`` (flat, lit, seen from its front only), ``glass`` (the same, translucent), ``sheet`` (flat, seen from both sides), ``hull`` (outline of
-    its points in the picture, translucent), ``line``, ``arrow``, ``dot`` (a basic point), ``ball``, ``com``."""
+    """``face`` (flat, lit, seen from its front only), ``glass`` (the same, translucent), ``sheet`` (flat, seen from
+    both sides), ``hull`` (outline of its points in the picture, translucent), ``line``, ``arrow``, ``dot`` (a basic
+    point), ``ball``, ``com``."""
     body: int
     points: tuple[Point, ...]
     colour: str

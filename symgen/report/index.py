@@ -26,6 +26,6 @@ def write_index(path: str | Path, entries: Sequence[IndexEntry]) -> Path:
         style = {True: "pass", False: "fail", None: "quiet"}[entry.passed]
         cards.append({"entry": entry, "link": link, "style": style})
     failed = [entry.name for entry in entries if entry.passed is False]
-    style_sheet = Markup(asset("style.css"))  # noqa: S704
+    style_sheet = Markup(asset("style.css"))
     write_text(path, render("report/index.html.j2", cards=cards, failed=failed, style=style_sheet, version=VERSION))
     return path

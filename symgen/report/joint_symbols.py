@@ -13,6 +13,7 @@ from symgen.report.solids import Array, across, unit
 from symgen.scene.model import Joint
 from symgen.topology.tree import TreeBody
 
+
 class _Place:
     """Where a symbol is drawn: the parent's side (fixed) and the child's side (moving)."""
 
@@ -30,7 +31,9 @@ class _Place:
 
 def _cylinder(at: _Place, length: float, radius: float = 1.0) -> None:
     half = length * at.r * at.axis()
-    at.sketch.faces(at.parent, solids.tube(at.origin - half, at.origin + half, radius * at.r, 14), at.colour, 0.8 * at.r)
+    at.sketch.faces(
+        at.parent, solids.tube(at.origin - half, at.origin + half, radius * at.r, 14), at.colour, 0.8 * at.r
+    )
 
 
 def _rail(at: _Place, q: float) -> None:
@@ -73,8 +76,8 @@ def _cylindrical(at: _Place, q: Sequence[float]) -> None:
 
 def _universal(at: _Place, q: Sequence[float]) -> None:
     """The cross: one bar along each axis."""
-    first = at.axis()
-    at.sketch.faces(at.parent, solids.tube(at.origin - 2.1 * at.r * first, at.origin + 2.1 * at.r * first, 0.5 * at.r, 10), at.colour, 0.8 * at.r)
+    arm = 2.1 * at.r * at.axis()
+    at.sketch.faces(at.parent, solids.tube(at.origin - arm, at.origin + arm, 0.5 * at.r, 10), at.colour, 0.8 * at.r)
     second = unit(array(at.joint.axis2 or ()))
     body, centre = (at.parent, at.origin) if at.cut else (at.child, np.zeros(3))
     if at.cut:
@@ -132,7 +135,11 @@ def draw_ground(sketch: Sketch) -> None:
     down = unit(gravity) if float(np.linalg.norm(gravity)) > 0 else np.array([0.0, 0.0, -1.0])
     e1, e2 = across(down)
     tree = sketch.system.tree
-    places = [array(b.joint.origin.translation) for b in tree.bodies if b.parent < 0 and b.joint.type not in ("floating", "planar")]
+    places = [
+        array(b.joint.origin.translation)
+        for b in tree.bodies
+        if b.parent < 0 and b.joint.type not in ("floating", "planar")
+    ]
     places += [point for body, point, _ in (cut_place(sketch.system, joint) for joint in tree.cut_joints) if body < 0]
     drop, half = 0.13 * sketch.scale, 0.09 * sketch.scale
     for point in distinct(places):

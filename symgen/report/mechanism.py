@@ -52,8 +52,8 @@ def skeleton(system: System) -> dict[int, list[Array]]:
         if index >= 0:
             found[index].append(array(pose.translation))
     for joint in system.tree.cut_joints:
-        parent, place, _ = cut_place(system, joint)
-        found[parent].append(place)
+        parent, meeting, _ = cut_place(system, joint)
+        found[parent].append(meeting)
     return {index: distinct(points) for index, points in found.items()}
 
 
@@ -99,7 +99,9 @@ def extent(system: System, bones: dict[int, list[Array]], poses: Sequence[Pose])
         pose = poses[body.index]
         points.extend(ground_point(pose, point) for point in bones[body.index])
         if len(bones[body.index]) < 2 and not system.tree.children[body.index]:
-            points.extend(ground_point(pose, corner) for part, place in body.parts for corner in box_corners(part, place))
+            points.extend(
+                ground_point(pose, corner) for part, place in body.parts for corner in box_corners(part, place)
+            )
     return np.array(points)
 
 
@@ -185,11 +187,9 @@ def _draw_entities(sketch: Sketch, bones: dict[int, list[Array]]) -> None:
             sketch.labels.append(Label(home, triple(local), entity.label, "point"))
         elif entity.kind == "vector":
             home, start = _entity_place(system, entity)
-            local = entity.local.get(home)
-            if local is None:
-                home, local = entity.home, entity.local[entity.home]
-                start = np.zeros(3) if home >= 0 else start
-            tip = start + 0.2 * sketch.scale * unit(array(local))
+            if home not in entity.local:
+                home, start = entity.home, np.zeros(3)
+            tip = start + 0.2 * sketch.scale * unit(array(entity.local[home]))
             sketch.place("arrow", home, [start, tip], "vector", 1.8, 0.3 * sketch.scale)
             sketch.labels.append(Label(home, triple(tip), entity.label, "vector"))
 

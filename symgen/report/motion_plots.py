@@ -16,7 +16,13 @@ MAX_PANELS = 24
 
 def validation_values(result: ValidationResult | None, refusal: str, units: Sequence[str]) -> dict[str, object]:
     """Values of the template ``sections/validation``. ``units``: of the entries of q."""
-    empty = {"validation": None, "skipped": None, "panels": [], "refinement": "", "refinement_legend": []}
+    empty: dict[str, object] = {
+        "validation": None,
+        "skipped": None,
+        "panels": [],
+        "refinement": "",
+        "refinement_legend": [],
+    }
     if result is None or not (result.rows or result.skipped):
         note = refusal or "This page was made without a validation; `symgen validate SCENE --report` makes one with it."
         return {**empty, "validation_note": note.replace("`", ""), "validation_words": ""}
@@ -48,17 +54,17 @@ def _plots(trajectory: Trajectory, units: Sequence[str]) -> dict[str, object]:
     panels = []
     for k, name in list(enumerate(trajectory.coordinates))[:MAX_PANELS]:
         values = tuple(row[k] for row in trajectory.q)
-        series = Series(name, trajectory.times, values, style=k % SERIES)
-        unit = f", {units[k]}" if k < len(units) and units[k] != "1" else ""
-        panels.append(line_plot([series], f"{name} over time", "time, s", f"{name}{unit}"))
+        curve = Series(name, trajectory.times, values, style=k % SERIES)
+        unit = units[k] if k < len(units) and units[k] != "1" else ""
+        panels.append(line_plot([curve], f"{name} over time", "time, s", name, unit))
     if trajectory.energy:
         first = trajectory.energy[0]
         drift = Series("energy", trajectory.times, tuple(e - first for e in trajectory.energy), style=0)
-        panels.append(line_plot([drift], "Change of the total energy over time", "time, s", "change of total energy, J"))
+        panels.append(
+            line_plot([drift], "Change of the total energy over time", "time, s", "change of total energy", "J")
+        )
     refinements = trajectory.refinements
-    series = [
-        Series(r.formulation, r.steps, r.errors, marks=True, style=k) for k, r in enumerate(refinements)
-    ]
+    series = [Series(r.formulation, r.steps, r.errors, marks=True, style=k) for k, r in enumerate(refinements)]
     chart = loglog_plot(
         series, "Error against step size, logarithmic", "step, s", "error", [r.expected_order for r in refinements]
     )

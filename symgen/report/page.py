@@ -54,6 +54,9 @@ MAX_MATRIX = 40
 """Bodies up to which path matrices are printed."""
 
 
+NO_DRAWING = Markup("")
+
+
 @dataclass(frozen=True)
 class IndexEntry:
     """What the index says of a scene. ``report``: its page, None when there is none."""
@@ -64,7 +67,7 @@ class IndexEntry:
     verdict: str
     passed: bool | None
     """None: nothing was checked."""
-    drawing: Markup = Markup("")
+    drawing: Markup = NO_DRAWING
 
 
 def write_report(
@@ -107,10 +110,12 @@ def write_text(path: Path, text: str) -> None:
 
 
 def _refusal(system: System) -> str:
+    """Why a scene gets a page without functions; empty when it has them."""
     try:
         system.require_tree()
-    except NotSupportedError as error:
-        return str(error)
+    except NotSupportedError:
+        cut = words.listed([joint.name for joint in system.tree.cut_joints])
+        return f"Functions of mechanisms with closed loops are not derived yet; the open tree, cut at {cut}, is shown."
     return ""
 
 
@@ -124,10 +129,10 @@ def render_page(
 ) -> str:
     """The page as text. ``refusal``: why the scene has no functions, empty when it has."""
     units = [unit for body in system.tree.bodies for unit in JOINT_TYPES[body.joint.type].q_units]
-    script = Markup(asset("mechanism.js"))  # noqa: S704
+    script = Markup(asset("mechanism.js"))
     values: dict[str, object] = {
         "version": VERSION,
-        "style": Markup(asset("style.css")),  # noqa: S704
+        "style": Markup(asset("style.css")),
         "script": script,
         "script_hash": base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
         "sections": SECTIONS,
@@ -138,7 +143,11 @@ def render_page(
         "facts": _facts(system, manifest),
     }
     values |= _problem(system) | _mechanism(system, drawing) | _topology(system) | _natural(system)
-    values |= _operations(system, refusal) | _code(directory, manifest) | motion_plots.validation_values(result, refusal, units)
+    values |= (
+        _operations(system, refusal)
+        | _code(directory, manifest)
+        | motion_plots.validation_values(result, refusal, units)
+    )
     values |= {"parameters": tables.parameters(system), "provenance": _provenance(system, result)}
     return render("report/page.html.j2", **values)
 
@@ -174,9 +183,7 @@ def _facts(system: System, manifest: Mapping[str, Any] | None) -> list[tuple[str
 
 def _problem(system: System) -> dict[str, object]:
     scene = system.scene
-    sentences = [
-        (joint.name, words.joint_sentence(joint, joint.parent, joint.child)) for joint in scene.joints
-    ]
+    sentences = [(joint.name, words.joint_sentence(joint, joint.parent, joint.child)) for joint in scene.joints]
     return {
         "introduction": words.introduction(system),
         "joint_sentences": sentences,
@@ -217,10 +224,10 @@ def _natural(system: System) -> dict[str, object]:
     equal = "equal to" if nullity == nv else "not equal to"
     freedom = "degrees of freedom" if not system.tree.cut_joints else "velocities of the open tree"
     sentence = Markup(
-        f"{natural.nn} natural coordinates x satisfy {natural.nc} constraints Ψ(x) = 0. The Jacobian Ψ<sub>q</sub> has rank {rank} "
-        f"at a random configuration (exact, in a prime field), so its nullity is {natural.nn} − {rank} = {nullity}, {equal} "
-        f"the number of {freedom}, {nv}.{plane}"
-    )  # noqa: S704
+        f"{natural.nn} natural coordinates x satisfy {natural.nc} constraints Ψ(x) = 0. The Jacobian Ψ<sub>q</sub> "
+        f"has rank {rank} at a random configuration (exact, in a prime field), so its nullity is "
+        f"{natural.nn} − {rank} = {nullity}, {equal} the number of {freedom}, {nv}.{plane}"
+    )
     return {
         "nullity": sentence,
         "entities": tables.entities(system),
@@ -231,7 +238,7 @@ def _natural(system: System) -> dict[str, object]:
 
 def _operations(system: System, refusal: str) -> dict[str, object]:
     if refusal:
-        return {"plans": None, "plan_families": [], "plan_chart": "", "equations": [], "equations_note": ""}
+        return {"plans": None, "plan_families": [], "plan_chart": "", "equations": []}
     rows = show.plan_rows(system)
     groups: dict[str, list[Bar]] = {}
     for row in rows:
@@ -244,7 +251,6 @@ def _operations(system: System, refusal: str) -> dict[str, object]:
         "plan_families": tables.plan_families(rows),
         "plan_chart": chart,
         "equations": equations(system),
-        "equations_note": "No equations are printed.",
     }
 
 
@@ -275,11 +281,9 @@ def _provenance(system: System, result: ValidationResult | None) -> list[tuple[s
     return found
 
 
-def _entry(
-    path: Path, system: System, drawing: Drawing, refusal: str, result: ValidationResult | None
-) -> IndexEntry:
+def _entry(path: Path, system: System, drawing: Drawing, refusal: str, result: ValidationResult | None) -> IndexEntry:
     functions = words.counted(len({function_name(output.name) for output in system.outputs}), "function")
-    summary = " ".join(words.introduction(system)[:1]) + (f" {functions[0].upper()}{functions[1:]}." if not refusal else "")
+    summary = words.introduction(system)[0] + (f" {functions[0].upper()}{functions[1:]}." if not refusal else "")
     if refusal:
         text, passed = "topology only: closed loops are not derived", None
     elif result is None or not result.rows:

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 from markupsafe import Markup
 
 from symgen.report.svg import figure, num, path, tag
+from symgen.report.words import minus, superscript
 
 SERIES = 7
 """Colours of the style sheet."""
-SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 FLAT = 1e-9
 """A range below this part of the values is drawn as a flat line."""
 
@@ -45,6 +45,10 @@ class Axis:
 
     def ticks(self) -> list[tuple[float, str]]:
         """(pixel, text)."""
+        if self.log and self.high - self.low < 2:
+            marks = [m * 10.0**k for k in range(math.floor(self.low), math.ceil(self.high) + 1) for m in (1, 2, 5)]
+            inside = [x for x in marks if self.low <= math.log10(x) <= self.high]
+            return [(self.at(x), num(x, max(0, 1 - math.floor(math.log10(x))))) for x in inside]
         if self.log:
             step = max(1, math.ceil((self.high - self.low) / 7))
             exponents = range(math.ceil(self.low - 1e-9), math.floor(self.high + 1e-9) + 1, step)
@@ -55,12 +59,8 @@ class Axis:
         return [(self.at(k * step_size), minus(num(k * step_size, digits))) for k in range(first, last + 1)]
 
 
-def minus(text: str) -> str:
-    return text.replace("-", "−")
-
-
 def power(exponent: int) -> str:
-    return "10" + str(exponent).translate(SUPERSCRIPT)
+    return "10" + superscript(exponent)
 
 
 def nice_step(rough: float) -> float:
@@ -80,8 +80,10 @@ def linear_axis(values: Sequence[float], start: float, end: float) -> Axis:
 
 
 def log_axis(values: Sequence[float], start: float, end: float) -> Axis:
-    """Whole decades where few fit, else a little room."""
+    """The decades that hold the values; within two decades no more than a little room."""
     low, high = math.log10(min(values)), math.log10(max(values))
+    if high - low < 1.6:
+        return Axis(low - 0.15, high + 0.15, start, end, log=True)
     return Axis(math.floor(low - 0.05), math.ceil(high + 0.05), start, end, log=True)
 
 
@@ -116,17 +118,20 @@ def mark(kind: int, x: float, y: float, style: str) -> Markup:
     return tag("path", class_=f"mark {style}", d=path([(x - 5, y), (x, y - 5), (x + 5, y), (x, y + 5)], close=True))
 
 
-def line_plot(series: Sequence[Series], title: str, x_label: str, y_label: str, width: float = 330, height: float = 190) -> Markup:
-    """Values over time; very small and very large ones are given in a power of ten beside the name of the axis."""
+def line_plot(
+    series: Sequence[Series], title: str, x_label: str, name: str, unit: str, width: float = 330, height: float = 190
+) -> Markup:
+    """Values over time, of a named quantity; very small and very large ones are given in a power of ten."""
     most = max((abs(b) for s in series for b in s.y if math.isfinite(b)), default=0.0)
     exponent = 3 * math.floor(math.log10(most) / 3) if most > 0 and not 0.01 <= most < 1e5 else 0
     if exponent:
         series = [replace(s, y=tuple(b / 10.0**exponent for b in s.y)) for s in series]
-        y_label = f"{y_label} × {power(-exponent)}"
+        unit = f"{power(exponent)} {unit}".rstrip()
     x = linear_axis_exact([a for s in series for a in s.x], 58, width - 14)
     y = linear_axis([b for s in series for b in s.y if math.isfinite(b)] or [0.0], height - 42, 26)
     curves = [part for s in series for part in _curve(s, x, y)]
-    return figure([*_frame(x, y, x_label, y_label), *curves], width, height, title, class_="plot")
+    label = f"{name}, {unit}" if unit else name
+    return figure([*_frame(x, y, x_label, label), *curves], width, height, title, class_="plot")
 
 
 def linear_axis_exact(values: Sequence[float], start: float, end: float) -> Axis:

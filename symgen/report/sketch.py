@@ -61,15 +61,15 @@ class Sketch:
         """Radius of a joint's solid."""
         return 0.032 * self.scale
 
-    def faces(
-        self, body: int, faces: Iterable[Polygon], colour: str, lift: float = 0.0, kind: str = "face"
-    ) -> None:
+    def faces(self, body: int, faces: Iterable[Polygon], colour: str, lift: float = 0.0, kind: str = "face") -> None:
         self.shapes.extend(Shape(kind, body, tuple(triple(p) for p in face), colour, 0.0, lift) for face in faces)
 
     def line(self, body: int, points: Iterable[Array], style: str, width: float, lift: float = 0.0) -> None:
         self.shapes.append(Shape("line", body, tuple(triple(p) for p in points), style, width, lift))
 
-    def place(self, kind: str, body: int, points: Iterable[Array], colour: str, size: float = 0.0, lift: float = 0.0) -> None:
+    def place(
+        self, kind: str, body: int, points: Iterable[Array], colour: str, size: float = 0.0, lift: float = 0.0
+    ) -> None:
         self.shapes.append(Shape(kind, body, tuple(triple(p) for p in points), colour, size, lift))
 
     def rod(self, body: int, start: Array, end: Array) -> None:

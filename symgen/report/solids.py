@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -38,7 +39,7 @@ def tube(start: Array, end: Array, radius: float, sides: int = 8, pieces: int = 
     rings = [ring(start + (end - start) * k / pieces, axis, radius, sides) for k in range(pieces + 1)]
     faces = [
         [low[k], low[(k + 1) % sides], high[(k + 1) % sides], high[k]]
-        for low, high in zip(rings, rings[1:], strict=False)
+        for low, high in itertools.pairwise(rings)
         for k in range(sides)
     ]
     return [*faces, rings[-1], rings[0][::-1]] if caps else faces
@@ -49,8 +50,12 @@ def box(centre: Array, axes: Array, half: Sequence[float]) -> list[Polygon]:
     x, y, z = (axes[:, k] * half[k] for k in range(3))
     faces = []
     for normal, a, b in ((x, y, z), (y, z, x), (z, x, y)):
-        faces.append([centre + normal - a - b, centre + normal + a - b, centre + normal + a + b, centre + normal - a + b])
-        faces.append([centre - normal - a - b, centre - normal - a + b, centre - normal + a + b, centre - normal + a - b])
+        faces.append(
+            [centre + normal - a - b, centre + normal + a - b, centre + normal + a + b, centre + normal - a + b]
+        )
+        faces.append(
+            [centre - normal - a - b, centre - normal - a + b, centre - normal + a + b, centre - normal + a - b]
+        )
     return faces
 
 

@@ -44,9 +44,10 @@ def function_text(source: str, symbol: str) -> str:
             opened = next((k for k in range(start, len(lines)) if "{" in lines[k]), len(lines))
             if end is None or declared < opened:
                 continue
-            while start > 0 and lines[start - 1].strip() and not lines[start - 1].startswith(("}", "#")):
-                start -= 1
-            return "\n".join(lines[start : end + 1])
+            first = start
+            while first > 0 and lines[first - 1].strip() and not lines[first - 1].startswith(("}", "#")):
+                first -= 1
+            return "\n".join(lines[first : end + 1])
     return ""
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+import numpy as np
 from markupsafe import Markup, escape
+from numpy.typing import NDArray
 
 NAMESPACE = "http://www.w3.org/2000/svg"
 
@@ -29,10 +31,11 @@ def tag(name: str, *children: str, **attributes: object) -> Markup:
     head = Markup("<{}{}").format(Markup(name), Markup("").join(parts))
     if not children:
         return head + Markup("/>")
-    return head + Markup(">") + Markup("").join(escape(child) for child in children) + Markup("</{}>").format(Markup(name))
+    inside = Markup("").join(escape(child) for child in children)
+    return head + Markup(">") + inside + Markup("</{}>").format(Markup(name))
 
 
-def path(points: Iterable[Sequence[float]], close: bool = False) -> str:
+def path(points: Iterable[Sequence[float] | NDArray[np.float64]], close: bool = False) -> str:
     """Path data of a polyline."""
     text = "L".join(f"{num(x)} {num(y)}" for x, y in points)
     return f"M{text}{'Z' if close else ''}"

@@ -12,8 +12,7 @@ from markupsafe import Markup
 
 from symgen import show
 from symgen.natural.entities import Entity
-from symgen.report.plots import SUPERSCRIPT
-from symgen.report.words import direction, exact, minus, parent_name, triple
+from symgen.report.words import direction, exact, minus, parent_name, superscript, triple
 from symgen.scene.joints import JOINT_TYPES
 from symgen.scene.model import GROUND
 from symgen.system import System
@@ -31,6 +30,10 @@ VELOCITIES = {
     "spherical": ("ωx", "ωy", "ωz"),
     "floating": ("vx", "vy", "vz", "ωx", "ωy", "ωz"),
 }
+
+
+SHORT_NAME = 6
+"""Joints with longer names head the columns of path matrices by their numbers."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,7 @@ def scientific(value: float) -> str:
     mantissa, _, exponent = f"{value:.1e}".partition("e")
     if -3 <= int(exponent) <= 3:
         return minus(f"{value:.2g}" if abs(value) < 100 else f"{value:.0f}")
-    return f"{minus(mantissa)} × 10{str(int(exponent)).translate(SUPERSCRIPT)}"
+    return f"{minus(mantissa)} × 10{superscript(int(exponent))}"
 
 
 def label_html(label: str) -> Markup:
@@ -146,12 +149,18 @@ def constraints(system: System) -> Table:
     found: dict[tuple[str, str], list[Markup]] = {}
     for constraint in system.natural.constraints:
         owner, _, text = constraint.name.rpartition(": ")
-        found.setdefault((owner, kinds.get(constraint.kind, constraint.kind)), []).append(expression_html(text))
-    rows = tuple((owner, kind, str(len(texts)), Markup(", ").join(texts)) for (owner, kind), texts in found.items())
+        found.setdefault((owner, kinds.get(constraint.kind, constraint.kind)), []).append(
+            expression_html(_TIED.sub(r"\1 (its place among the carriers)", text))
+        )
+    rows = tuple(
+        (owner, kind, str(len(texts)), Markup(", ").join(dict.fromkeys(texts)))
+        for (owner, kind), texts in found.items()
+    )
     caption = "Constraints Ψ(x) = 0: what stays constant (n1, n2, m, n: directions fixed in the bodies of a joint)"
     return Table(caption, ("body or joint", "kind", "rows", "what stays constant"), rows, frozenset({2}))
 
 
+_TIED = re.compile(r"(.*) tied \[\d+\]")
 _LABEL = re.compile(r"([ru]\d+(?:_\d+)?)")
 
 
@@ -174,9 +183,12 @@ def carriers(system: System) -> Table:
 def path_matrix(system: System, secondary: bool) -> Table:
     matrix = (system.secondary_path_matrix if secondary else system.path_matrix).tolist()
     names = [body.name for body in system.tree.bodies]
-    header = ("", *(body.joint.name for body in system.tree.bodies))
+    joints_named = [body.joint.name for body in system.tree.bodies]
+    short = all(len(name) <= SHORT_NAME for name in joints_named)
+    header = ("", *(joints_named if short else [str(k + 1) for k in range(len(names))]))
     rows = tuple((name, *(minus(str(x)) for x in row)) for name, row in zip(names, matrix, strict=True))
     caption = "π*: minus the edges from joint to body" if secondary else "π: +1 leaves the body, −1 enters it"
+    caption += "" if short else " (joints by their numbers)"
     return Table(caption, header, rows, frozenset(range(1, len(names) + 1)))
 
 
@@ -223,7 +235,8 @@ def functions(manifest: Mapping[str, Any]) -> Table:
         flops = sum(operations[key] for key in ("add", "mul", "div", "sqrt"))
         rows.append((row["name"], inputs, outputs, row["plan"], str(flops), str(operations["sincos"])))
     header = ("function", "inputs", "outputs", "plan", "flops", "sincos")
-    return Table("Generated functions; flops and sincos pairs as the emitted code performs them", header, tuple(rows), frozenset({4, 5}))
+    caption = "Generated functions; flops and sincos pairs as the emitted code performs them"
+    return Table(caption, header, tuple(rows), frozenset({4, 5}))
 
 
 def _port(port: Mapping[str, Any]) -> str:
@@ -235,7 +248,8 @@ def methods(manifest: Mapping[str, Any]) -> dict[str, str]:
     """How functions were certified, under a letter each: {method: letter}."""
     found: dict[str, str] = {}
     for row in manifest["functions"]:
-        found.setdefault(row["certificate"]["method"], chr(ord("A") + len(found)) if len(found) < 26 else str(len(found)))
+        letter = chr(ord("A") + len(found)) if len(found) < 26 else str(len(found))
+        found.setdefault(row["certificate"]["method"], letter)
     return found
 
 
@@ -292,4 +306,3 @@ def skipped(result: ValidationResult) -> Table:
 
 def cut_joints(system: System) -> list[str]:
     return show.cut_joint_text(system.scene, system.tree).splitlines()
-

@@ -14,10 +14,11 @@ from symgen.scene.model import GROUND, Joint, Scene
 from symgen.system import System
 
 RADIUS = 17.0
-ACROSS, ALONG = 92.0, 128.0
-"""Between branches, between a node and its children, in pixels."""
-LONG = 11
-"""Deeper trees are drawn from top to bottom."""
+ACROSS, DOWN = 92.0, 74.0
+"""In pixels: between branches of a tree that grows to the right, between generations of one that grows down."""
+CHARACTER = 6.6
+WIDEST = 900.0
+"""Trees that would be wider than this grow downwards."""
 
 
 @dataclass(frozen=True)
@@ -27,18 +28,21 @@ class _Layout:
     place: dict[str, tuple[float, int]]
     depth: int
     branches: float
+    along: float
+    """Between a node and its children where the tree grows to the right."""
+    across: float
     flip: bool
 
     def at(self, name: str) -> tuple[float, float]:
         branch, depth = self.place[name]
-        along, across = 60 + depth * (ALONG if not self.flip else 74), 46 + branch * (ACROSS if not self.flip else 210)
-        return (across + 40, along - 20) if self.flip else (along, across)
+        along, across = 60 + depth * (self.along if not self.flip else DOWN), 46 + branch * self.across
+        return (across + (40 if self.branches == 0 else 130), along - 20) if self.flip else (along, across)
 
     @property
     def size(self) -> tuple[float, float]:
         if self.flip:
-            return 86 + self.branches * 210 + 190, 80 + self.depth * 74
-        return 120 + self.depth * ALONG, 92 + self.branches * ACROSS
+            return (86 if self.branches == 0 else 176) + self.branches * self.across + 190, 80 + self.depth * DOWN
+        return 120 + self.depth * self.along, 92 + self.branches * self.across
 
 
 def _layout(tree: list[Joint]) -> _Layout:
@@ -66,7 +70,11 @@ def _layout(tree: list[Joint]) -> _Layout:
             stack.extend((child, False) for child in reversed(own))
     deepest = max(depth.values())
     place = {name: (branch[name], depth[name]) for name in order}
-    return _Layout(place, deepest, leaves - 1, deepest >= LONG)
+    longest = max((len(_edge_text(joint, 26)) for joint in tree), default=0)
+    along = min(230.0, max(120.0, CHARACTER * longest + 2 * RADIUS + 22))
+    flip = deepest * along + 120 > WIDEST
+    across = max(210.0, CHARACTER * longest + 60) if flip else ACROSS
+    return _Layout(place, deepest, leaves - 1, along, across, flip)
 
 
 def topology_graph(system: System) -> Markup:
@@ -85,7 +93,7 @@ def topology_graph(system: System) -> Markup:
         parts.append(_node(name, number.get(name, -1), layout, scene))
     width, height = layout.size
     if cut:
-        height += 56
+        width, height = (width, height + 56) if not layout.flip else (width + 60, height)
     title = f"Graph of {scene.name}: " + "; ".join(_words(joint, joint.name in cut) for joint in scene.joints)
     return figure([*parts, *labels], width, height, title, class_="graph")
 
@@ -109,7 +117,7 @@ def _node(name: str, index: int, layout: _Layout, scene: Scene) -> Markup:
     if layout.flip:
         label = tag("text", _short(name, 24), x=x + radius + 8, y=y + 5)
     else:
-        label = tag("text", _short(name, 16), x=x, y=y + radius + 17, text_anchor="middle")
+        label = tag("text", _short(name, int(layout.along / CHARACTER)), x=x, y=y + radius + 17, text_anchor="middle")
     ground = tag("path", class_="hatch", d=_ground_strokes(x, y, layout.flip)) if name == GROUND else Markup("")
     return tag("g", ground, disc, digit, label)
 
@@ -120,10 +128,14 @@ def _ground_strokes(x: float, y: float, flip: bool) -> str:
     return "".join(path([(x - RADIUS - 9, y + k + 4), (x - RADIUS - 2, y + k - 3)]) for k in range(-16, 17, 8))
 
 
+def _edge_text(joint: Joint, room: int) -> str:
+    letter = JOINT_TYPES[joint.type].letter
+    return _short(joint.name, room) + (f" ({letter})" if letter else " (fixed)")
+
+
 def _edge(joint: Joint, layout: _Layout, cut: bool) -> tuple[Markup, Markup]:
     (x1, y1), (x2, y2) = layout.at(joint.parent), layout.at(joint.child)
-    letter = JOINT_TYPES[joint.type].letter
-    text = _short(joint.name, 14 if not layout.flip else 26) + (f" ({letter})" if letter else " (fixed)")
+    text = _edge_text(joint, 26)
     if cut:
         return _cut_edge(joint, (x1, y1), (x2, y2), layout, text)
     length = math.hypot(x2 - x1, y2 - y1)
@@ -132,9 +144,16 @@ def _edge(joint: Joint, layout: _Layout, cut: bool) -> tuple[Markup, Markup]:
     style = "edge fixed" if joint.type == "fixed" else "edge"
     middle = ((x1 + x2) / 2, (y1 + y2) / 2)
     if layout.flip:
-        label = tag("text", text, x=middle[0] + 10, y=middle[1] + 4, class_="joint")
+        left = x2 < x1 - 1
+        label = tag(
+            "text", text, x=middle[0] + (-12 if left else 12), y=middle[1] + 4, class_="joint",
+            text_anchor="end" if left else None,
+        )  # fmt: skip
     else:
-        label = tag("text", text, x=middle[0], y=middle[1] - 9, text_anchor="middle", class_="joint")
+        below = y2 > y1 + 1
+        label = tag(
+            "text", text, x=middle[0], y=middle[1] + (20 if below else -9), text_anchor="middle", class_="joint"
+        )
     return tag("g", tag("path", class_=style, d=path([start, end])), _head(end, (ux, uy))), label
 
 

@@ -11,7 +11,8 @@ from symgen.show import number
 from symgen.system import System
 from symgen.topology.tree import TreeBody
 
-AXES = {(1, 0, 0): "x", (0, 1, 0): "y", (0, 0, 1): "z"}
+NO_BREAK = "\u00a0"
+SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 COUNT = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 
 
@@ -21,7 +22,13 @@ def minus(text: str) -> str:
 
 
 def exact(value: Fraction) -> str:
-    return minus(number(value))
+    """A number as `symgen show` writes it, powers of ten set as such."""
+    mantissa, _, exponent = number(value).partition("e")
+    return minus(f"{mantissa} × 10{superscript(int(exponent))}" if exponent else mantissa)
+
+
+def superscript(exponent: int) -> str:
+    return str(exponent).translate(SUPERSCRIPT)
 
 
 def triple(values: Sequence[Fraction]) -> str:
@@ -30,7 +37,7 @@ def triple(values: Sequence[Fraction]) -> str:
     rounded = any(text.startswith("≈") for text in texts)
     if rounded:
         texts = [f"{float(value):.4g}" for value in values]
-    return ("≈" if rounded else "") + minus(f"({', '.join(texts)})")
+    return ("≈" if rounded else "") + minus(f"({f',{NO_BREAK}'.join(texts)})")
 
 
 def counted(n: int, singular: str, plural: str = "") -> str:
@@ -45,11 +52,10 @@ def listed(items: Sequence[str]) -> str:
 
 def direction(axis: Sequence[Fraction]) -> str:
     """An axis by the name of a coordinate axis where it is one."""
-    plain = tuple(axis)
-    if plain in AXES:
-        return AXES[plain]  # type: ignore[index]
-    negative = tuple(-c for c in plain)
-    return f"−{AXES[negative]}" if negative in AXES else triple(plain)  # type: ignore[index]
+    for name, component in zip("xyz", axis, strict=True):
+        if abs(component) == 1:
+            return name if component > 0 else f"−{name}"
+    return triple(axis)
 
 
 def _kind(system: System) -> str:
@@ -76,7 +82,10 @@ def introduction(system: System) -> list[str]:
     """What the mechanism is, how it may move, what acts on it: one sentence each."""
     scene, tree = system.scene, system.tree
     bodies = counted(len(tree.bodies), "moving body", "moving bodies")
-    sentences = [f"{scene.name} is {_kind(system)}: {bodies}, {counted(len(scene.joints), 'joint')}.", _standing(system)]
+    sentences = [
+        f"{scene.name} is {_kind(system)}: {bodies}, {counted(len(scene.joints), 'joint')}.",
+        _standing(system),
+    ]
     if tree.cut_joints:
         names = listed([joint.name for joint in tree.cut_joints])
         sentences.append(f"Its spanning tree, left when {names} is cut, has {counted(tree.nv, 'degree')} of freedom.")
@@ -112,13 +121,14 @@ def joint_sentence(joint: Joint, parent: str, child: str) -> str:
     there = "the ground" if parent == GROUND else parent
     at = f"; the joint stands at {triple(joint.origin.translation)} m in {there}{_turned(joint.origin.rotation)}"
     axis = direction(joint.axis) if joint.axis is not None else ""
+    second = direction(joint.axis2) if joint.axis2 is not None else ""
     kinds = {
         "revolute": f"turns about {axis}",
         "continuous": f"turns about {axis} without end",
         "prismatic": f"slides along {axis}",
         "helical": f"turns about {axis} and climbs {exact(joint.pitch or Fraction(0))} m per radian",
         "cylindrical": f"turns about and slides along {axis}",
-        "universal": f"turns about {axis} of {there} and {direction(joint.axis2 or ())} of its own",
+        "universal": f"turns about {axis} of {there} and {second} of its own",
         "planar": "slides along x and y and turns about z",
         "spherical": "turns any way about a point",
         "floating": "moves freely",
@@ -141,8 +151,8 @@ def force_sentences(scene: Scene) -> list[str]:
         if isinstance(force, Spring):
             (a, b), (p, q) = force.between, force.points
             sentences.append(
-                f"{name}a spring of {exact(force.stiffness)} N/m and {exact(force.damping)} N·s/m, {exact(force.length)} m "
-                f"long at rest, joins {triple(p)} m of {a} and {triple(q)} m of {b}."
+                f"{name}a spring of {exact(force.stiffness)} N/m and {exact(force.damping)} N·s/m, "
+                f"{exact(force.length)} m long at rest, joins {triple(p)} m of {a} and {triple(q)} m of {b}."
             )
         elif isinstance(force, JointSpring):
             sentences.append(
