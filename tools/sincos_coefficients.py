@@ -180,8 +180,7 @@ def main() -> None:
     text = HEADER
     text += kernel("DOUBLE", 53, (5, 5, 10), [35, 34, 53], "", 17) + "\n"
     text += kernel("FLOAT", 24, (2, 2, 5), [13, 12, 24], "f", 9) + "\n"
-    rows = [", ".join(f"0x{w:08X}" for w in words[i : i + 6]) for i in range(0, len(words), 6)]
-    text += "TWO_OVER_PI = (\n" + "".join(f"    {row},\n" for row in rows) + ")\n"
+    text += "TWO_OVER_PI = (\n" + "".join(f"    0x{word:08X},\n" for word in words) + ")\n"
     text += '"""2/π in words of 32 bits, after three words of nothing."""\n'
     path = Path(__file__).resolve().parents[1] / "symgen" / "targets" / "c" / "coefficients.py"
     if "--check" in sys.argv[1:]:
