@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import hashlib
 import os
 import tempfile
@@ -105,7 +106,8 @@ def write_text(path: Path, text: str) -> None:
         beside.write_text(text, encoding="utf-8")
         beside.replace(path)
     except OSError as error:
-        beside.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            beside.unlink(missing_ok=True)
         raise SceneError(f"cannot write the report: {error.strerror}", str(path)) from None
 
 
@@ -195,7 +197,7 @@ def _problem(system: System) -> dict[str, object]:
 
 def _mechanism(system: System, drawing: Drawing) -> dict[str, object]:
     return {
-        "mechanism": render_drawing(drawing, interactive="mechanism"),
+        "mechanism": render_drawing(drawing, interactive="mechanism-drawing"),
         "mechanism_data": drawing_json(drawing),
         "mechanism_caption": display_words(system),
         "legend": [(body.name, body_colour(body.index)) for body in system.tree.bodies],
