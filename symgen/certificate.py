@@ -35,6 +35,8 @@ ATTEMPTS = 200
 MOST_POINTS = 4
 SURE = 1e-25
 """Points are added, each in another field, until the probability of an error is below this, up to `MOST_POINTS`."""
+ENOUGH = 1e-20
+"""With a probability above this nothing is certified."""
 
 
 @dataclass(frozen=True)
@@ -166,6 +168,8 @@ class Certifier:
             points, probability = points + 1, probability * min(1.0, degree / p)
             if points > 1 and probability < SURE:
                 break
+        if probability > ENOUGH:
+            raise CertificateError(f"{output.name}: too large to be certain of (degree {degree:.1e})")
         held = ", ".join(candidate.what for candidate in candidates)
         method = f"identity in GF(p), p = 2^61 - 1 and random 61-bit primes, of what was emitted ({held})"
         rows = [split_row(row)[0] for row in output.of]
@@ -184,7 +188,7 @@ class Certifier:
             return
         raise CertificateError(
             f"{output.name}: at no point of GF(p) do all its divisions and roots exist; is the mass matrix singular at "
-            "every configuration (a massless body that nothing holds)?"
+            "every configuration (a massless body that nothing holds), or a spring's length zero?"
         )
 
 
@@ -204,23 +208,25 @@ def _state(inputs: Inputs, p: int) -> State:
     return State(**fields)
 
 
-_LARGE = 1 << 52
+LARGE = 1 << 52
 
 
 def _degree(program: Program, system: System) -> tuple[int, str]:
-    """A bound of the degree of (emitted − literal), cleared of denominators, in the coordinates of the random points.
+    """A bound of the degree of (emitted − literal), cleared of denominators, in the coordinates of the random points,
+    and what the bound assumes.
 
-    A joint's (cos, sin) or quaternion entries count 4. Quotients multiply formal degrees; where that bound outgrows
-    the field, quotients are counted as one residue each, and the method says so.
+    A joint's (cos, sin) or quaternion entries count 4. Formal degrees double with every elimination; where they outgrow
+    the field, each operation is counted as one random residue instead, and the method says so.
     """
     literal = 16 * system.tree.nv + 64
-    bound, assumption = _formal_degree(program, True), ""
-    if bound >= _LARGE:
-        bound, assumption = _formal_degree(program, False), "; quotients counted as random residues"
+    bound, assumption = _formal_degree(program), ""
+    if bound >= LARGE:
+        bound, assumption = len(program.instructions), "; operations counted as random residues"
     return max(bound, literal) + literal, assumption
 
 
-def _formal_degree(program: Program, formal: bool) -> int:
+def _formal_degree(program: Program) -> int:
+    """Degree of numerator and denominator of the outputs as the operations build them, nothing cancelled."""
     pairs: list[tuple[int, int]] = []
     for instruction in program.instructions:
         args = [pairs[i] for i in instruction.args]
@@ -234,10 +240,10 @@ def _formal_degree(program: Program, formal: bool) -> int:
         elif instruction.op == "mul":
             pair = (args[0][0] + args[1][0], args[0][1] + args[1][1])
         elif instruction.op == "div":
-            pair = (args[0][0] + args[1][1], args[0][1] + args[1][0]) if formal else (args[0][0] + 1, args[0][1])
+            pair = (args[0][0] + args[1][1], args[0][1] + args[1][0])
         elif instruction.op == "neg":
             pair = args[0]
         else:
             pair = (4, 0)
-        pairs.append((min(pair[0], 1 << 80), min(pair[1], 1 << 80)))
+        pairs.append((min(pair[0], LARGE), min(pair[1], LARGE)))
     return max((pairs[i][0] + pairs[i][1] for row in program.results for i in row), default=0)

@@ -67,21 +67,18 @@ def generate_files(system: System, progress: Progress) -> Generated:
     read = read_back(emitted) if emitted else None
     if read:
         read.check_literals()
-    functions = _casadi_functions(programs) if "casadi" in targets else {}
+    stored = _casadi_functions(system.scene.name, programs) if "casadi" in targets else {}
     files: dict[str, str | bytes] = dict(emitted.files) if emitted else {}
-    certifier = Certifier(system, "".join(text for text in files.values() if isinstance(text, str)))
+    files.update({row.path: row.content for row in stored.values()})
+    certifier = Certifier(system, "".join(repr(content) for content in files.values()))
     records: list[FunctionRecord] = []
     certificates: dict[str, Certificate] = {}
     for done, (output, program) in enumerate(zip(outputs, programs, strict=True)):
         progress(len(outputs) + 1 + done, total, f"certify {output.name}")
-        function = functions.get(program.name)
-        certificate = _certify(certifier, output, program, read, function)
+        function = stored.get(program.name)
+        certificate = _certify(certifier, output, program, read, function.read_back if function else None)
         certificates[program.name] = certificate
-        path: str | None = None
-        if function is not None:
-            path = f"{system.scene.name}.casadi/{program.name}.casadi"
-            files[path] = _serialised(function)
-        records.append(FunctionRecord(program, certificate.to_json(), path))
+        records.append(FunctionRecord(program, certificate.to_json(), function.path if function else None))
     progress(total, total, "write")
     files["manifest.json"] = manifest_text(build_manifest(system.scene.name, info, records, emitted))
     return Generated(files, certificates)
@@ -104,20 +101,31 @@ def target_info(system: System) -> Info:
     )
 
 
-def _casadi_functions(programs: Sequence[Program]) -> dict[str, casadi.Function]:
+@dataclass(frozen=True)
+class _Stored:
+    """A casadi.Function as its file will hold it."""
+
+    path: str
+    content: bytes
+    read_back: casadi.Function
+    """What ``casadi.Function.load`` makes of the content."""
+
+
+def _casadi_functions(scene: str, programs: Sequence[Program]) -> dict[str, _Stored]:
+    """By program name; none for functions whose outputs are all empty."""
+    import casadi
+
     from symgen.targets.casadi import casadi_function
 
-    return {
-        program.name: casadi_function(program) for program in programs if any(port.size for port in program.outputs)
-    }
-
-
-def _serialised(function: casadi.Function) -> bytes:
-    """The bytes that ``casadi.Function.load`` reads."""
+    found: dict[str, _Stored] = {}
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "f.casadi"
-        function.save(str(path))
-        return path.read_bytes()
+        file = Path(folder) / "f.casadi"
+        for program in programs:
+            if any(port.size for port in program.outputs):
+                casadi_function(program).save(str(file))
+                path = f"{scene}.casadi/{program.name}.casadi"
+                found[program.name] = _Stored(path, file.read_bytes(), casadi.Function.load(str(file)))
+    return found
 
 
 def _certify(
@@ -157,8 +165,7 @@ def _casadi_candidate(function: casadi.Function, program: Program) -> Candidate:
     from symgen.targets.casadi import evaluate_mod
 
     def evaluate(numbers: FieldNumbers, inputs: Mapping[str, Sequence[int]]) -> Mapping[str, Sequence[int]]:
-        wanted = evaluate_residues(program, numbers, inputs)
-        return evaluate_mod(function, program, numbers, inputs, wanted)
+        return evaluate_mod(function, program, numbers, inputs)
 
     return Candidate("CasADi", evaluate)
 

@@ -3,7 +3,8 @@
 Elements know their prime. cos and sin of an element are a point of the unit circle that is a fixed
 pseudo-random function of the element, odd and even as they should be: two formulas that use the same
 angle get the same point, and nothing else is assumed of it. The entire functions of `Numbers` are
-pseudo-random likewise.
+pseudo-random likewise, and so is the root of what is no square in the field: an identity that holds with any
+symbol in the place of a root holds with the root.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ MERSENNE_61 = 2**61 - 1
 
 
 class NotInField(ArithmeticError):
-    """A division by zero or a root of a non-square: the point must be drawn again."""
+    """A division by zero: the point must be drawn again."""
 
 
 def inverse(x: int, p: int) -> int:
@@ -116,9 +117,7 @@ class FieldNumbers:
             return (2 * t if magnitude == x else -2 * t) * scale % p
         if function == "sqrt":
             root = pow(x, (p + 1) // 4, p)
-            if root * root % p != x % p:
-                raise NotInField("not a square in GF(p)")
-            return root
+            return root if root * root % p == x % p else self.random("sqrt", x % p)
         if x == 0:
             return inverse(6, p) if function == "sinc3_sqrt" else 1
         if function == "sinc3_sqrt":

@@ -8,6 +8,7 @@ of every number type; sums skip it, so that structural zeros cost nothing in any
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from fractions import Fraction
 from typing import Any
 
 Scalar = Any
@@ -22,6 +23,13 @@ IDENTITY: Mat = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 def is_zero(x: Scalar) -> bool:
     """True for a structural zero: the int or rational 0, whatever the number type of the rest."""
     return type(x) is int and x == 0
+
+
+def known_value(x: Scalar) -> int | Fraction | None:
+    """The number that a scalar is in every configuration, where it shows: a structural one, a rational, a constant of
+    the exact graph."""
+    value = getattr(x, "value", x)
+    return value if isinstance(value, int | Fraction) else None
 
 
 def add(x: Scalar, y: Scalar) -> Scalar:
@@ -47,8 +55,10 @@ def mul(x: Scalar, y: Scalar) -> Scalar:
 
 
 def half(x: Scalar) -> Scalar:
-    """x / 2, a structural zero staying one."""
-    return 0 if is_zero(x) else x / 2
+    """x / 2, a structural zero staying one, and every int exact."""
+    if type(x) is int:
+        return Fraction(x, 2) if x else 0
+    return x / 2
 
 
 def total(terms: Iterable[Scalar]) -> Scalar:

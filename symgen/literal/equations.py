@@ -11,8 +11,25 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from symgen.algebra.linear import Mat, Vec, add, dot, half, is_zero, matvec, mul, scale, sub, total, vadd, vneg, vsub
+from symgen.algebra.linear import (
+    Mat,
+    Vec,
+    add,
+    dot,
+    half,
+    is_zero,
+    known_value,
+    matvec,
+    mul,
+    scale,
+    sub,
+    total,
+    vadd,
+    vneg,
+    vsub,
+)
 from symgen.algebra.numbers import State
+from symgen.errors import SceneError
 from symgen.natural import constraints, coordinates, mass
 from symgen.natural.entities import Entity
 from symgen.natural.layout import NaturalCoordinates, constants
@@ -283,13 +300,16 @@ class Literal:
         """Left-hand side of a spring: −Jᵀ of its pull. The pull per unit of d is k(1 − L/ℓ) + c ḋ·d/ℓ², so that
         neither a root nor a division is needed without length and damping."""
         (first, a), (second, b) = self._ends(spring)
+        if first == second:
+            return {}  # inside one rigid body
         d = vsub(b, a)
         square = dot(d, d)
         length, damping = self.values.force(spring, "length"), self.values.force(spring, "damping")
         pull = self.values.force(spring, "stiffness")
         if not is_zero(length) and not is_zero(pull):
-            pull = sub(pull, mul(pull, length) / self.values.numbers.sqrt(square))
+            pull = sub(pull, mul(pull, length) / self._distance(spring, square))
         if not is_zero(damping):
+            self._require_direction(spring, square)
             d_rate = vsub(
                 motion.point_velocity(self.at, self.twists, second, b),
                 motion.point_velocity(self.at, self.twists, first, a),
@@ -302,6 +322,22 @@ class Literal:
                 value = dot(column, force)
                 found[j] = add(found.get(j, 0), value if sign > 0 else sub(0, value))
         return found
+
+    def _distance(self, spring: Spring, square: Scalar) -> Scalar:
+        """The root of the squared distance of a spring's ends."""
+        self._require_direction(spring, square)
+        known, numbers = known_value(square), self.values.numbers
+        return numbers.sqrt(square if known is None else numbers.const(known))
+
+    def _require_direction(self, spring: Spring, square: Scalar) -> None:
+        """Raises SceneError where a spring's length is known to be zero in every configuration."""
+        if known_value(square) == 0:
+            scene = self.values.scene
+            label = f"spring '{spring.name}'" if spring.name else f"spring between {' and '.join(spring.between)}"
+            raise SceneError(
+                f"the {label} has both ends at one place in every configuration, so that it has no direction",
+                scene.source or scene.name,
+            )
 
     def _spring_joint(self, spring: JointSpring) -> Any:
         return next(body for body in self.tree.bodies if body.joint.name == spring.joint)
@@ -326,10 +362,12 @@ class Literal:
             body, rest = self._spring_joint(force), self.values.force(force, "rest")
             stretches = [sub(self.state.q[body.q + k], rest) for k in range(body.nv)]
             return half(mul(stiffness, total(mul(x, x) for x in stretches)))
-        (_, a), (_, b) = self._ends(force)
+        (first, a), (second, b) = self._ends(force)
+        if first == second:
+            return 0  # a constant
         d = vsub(b, a)
         square, length = dot(d, d), self.values.force(force, "length")
         if is_zero(length):
             return half(mul(stiffness, square))
-        stretch = sub(self.values.numbers.sqrt(square), length)
+        stretch = sub(self._distance(force, square), length)
         return half(mul(stiffness, mul(stretch, stretch)))

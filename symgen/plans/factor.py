@@ -14,6 +14,7 @@ from symgen.algebra.linear import (
     cross,
     dot,
     is_zero,
+    known_value,
     madd,
     matmul,
     mul,
@@ -35,8 +36,8 @@ Scalar = Any
 def reciprocal(links: Links, k: int, pivot: Scalar) -> Scalar:
     """1 / pivot of velocity k. Raises SceneError when the pivot is a constant that is not positive: whatever else
     moves, nothing with inertia moves with that velocity."""
-    known = getattr(pivot, "value", pivot)
-    if isinstance(known, int | Fraction) and known <= 0:
+    known = known_value(pivot)
+    if known is not None and known <= 0:
         joint = next(body.joint for body in links.tree.bodies if body.v <= k < body.v + body.nv)
         scene = links.values.scene
         raise SceneError(

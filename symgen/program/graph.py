@@ -209,7 +209,7 @@ def extract(
         outputs=outputs,
         instructions=tuple(instructions),
         results=tuple(tuple(place[node.number] for node in row) for row in wanted),
-        guards=tuple(place[node.number] for node in guards),
+        guards=tuple(dict.fromkeys(place[node.number] for node in guards)),
         plan=plan,
         summary=summary,
     )

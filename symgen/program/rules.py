@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
-from math import isqrt
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -208,14 +207,6 @@ def div_same(g: Graph, x: Node, y: Node) -> Node | None:
     return g.const(Fraction(1)) if x is y else None
 
 
-def sqrt_constant(g: Graph, x: Node) -> Node | None:
-    value = _value(x)
-    if value is None or value < 0:
-        return None
-    n, d = isqrt(value.numerator), isqrt(value.denominator)
-    return g.const(Fraction(n, d)) if n * n == value.numerator and d * d == value.denominator else None
-
-
 def even_function(g: Graph, x: Node) -> Node | None:
     return g.unary("cos", x.args[0]) if x.op == "neg" else None
 
@@ -266,7 +257,7 @@ RULES: dict[str, tuple[tuple[str, Rule], ...]] = {
         ("(−x) / y → −(x / y)", div_negated),
         ("x / x → 1", div_same),
     ),
-    "sqrt": (("√a → constant where it is rational", sqrt_constant),),
+    "sqrt": (),  # a field may take the other root: √4 stays as it is
     "cos": (("cos 0 → 1", at_zero(Fraction(1))), ("cos(−x) → cos x", even_function)),
     "sin": (("sin 0 → 0", at_zero(Fraction(0))), ("sin(−x) → −sin x", odd_function)),
     "cos_sqrt": (("1 at 0", at_zero(Fraction(1))),),

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -13,14 +14,39 @@ from symgen.program.instructions import Port, Program
 from symgen.targets.casadi.numbers import CasadiNumbers
 
 
+def casadi_name(name: str) -> str:
+    """``name`` as CasADi wants it: a letter first, no two underscores in a row, none of its own words."""
+    plain = re.sub("_+", "_", name).lstrip("_")
+    return plain if plain[:1].isalpha() and plain not in ("null", "jac", "hess") else f"f_{plain}"
+
+
+def casadi_names(ports: Sequence[Port]) -> list[str]:
+    """Names of arguments or results, each once."""
+    names: list[str] = []
+    for port in ports:
+        name, number = casadi_name(port.name), 2
+        while name in names:
+            name, number = f"{casadi_name(port.name)}_{number}", number + 1
+        names.append(name)
+    return names
+
+
+def matrix_shape(port: Port) -> tuple[int, int]:
+    """Rows and columns of a port: in CasADi everything is a matrix."""
+    rows, columns = (*port.shape, 1, 1)[:2]
+    return rows, columns
+
+
 def _symbol(port: Port) -> Any:
-    return casadi.SX.sym(port.name, *(port.shape or (1,)))
+    return casadi.SX.sym(port.name, *matrix_shape(port))
 
 
 def _matrix(port: Port, entries: tuple[Any, ...]) -> Any:
     """Row-major entries → an SX of the port's shape (CasADi itself stores columns). Structural zeros are kept dense,
     so that the sparsity of an output does not depend on the scene's numbers."""
-    rows, columns = (*port.shape, 1, 1)[:2] if len(port.shape) < 2 else port.shape
+    rows, columns = matrix_shape(port)
+    if not entries:
+        return casadi.SX(rows, columns)
     flat = [casadi.SX(x) for x in entries]
     return casadi.vertcat(*(casadi.horzcat(*flat[i * columns : (i + 1) * columns]) for i in range(rows)))
 
@@ -38,17 +64,21 @@ def _as_written() -> Iterator[None]:
 
 
 def casadi_function(program: Program) -> casadi.Function:
-    """The function ``program.name``: inputs and outputs named as in the catalogue, matrices as matrices. Guards are
-    not part of it: where the mathematics has no answer, neither has the function."""
+    """The function ``program.name``: inputs and outputs named as in the catalogue, matrices as matrices (see
+    `casadi_name` for names that CasADi does not take). Guards are not part of it: where the mathematics has no answer,
+    neither has the function.
+
+    Raises NotSupportedError for a constant that a double cannot hold.
+    """
     symbols = {port.name: _symbol(port) for port in program.inputs}
     flat = {name: [symbol[i] for i in range(symbol.numel())] for name, symbol in symbols.items()}
     with _as_written():
         results = evaluate(program, CasadiNumbers(), flat)
     outputs = [_matrix(port, results[port.name]) for port in program.outputs]
     return casadi.Function(
-        program.name,
+        casadi_name(program.name),
         [symbols[port.name] for port in program.inputs],
         [casadi.densify(output) for output in outputs],
-        [port.name for port in program.inputs],
-        [port.name for port in program.outputs],
+        casadi_names(program.inputs),
+        casadi_names(program.outputs),
     )

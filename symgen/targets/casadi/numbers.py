@@ -7,15 +7,25 @@ from typing import Any
 
 import casadi
 
+from symgen.errors import NotSupportedError
+
 SERIES_BELOW = 1e-2
-"""Below this value of x = angle² the entire functions are summed as series (8 terms: error under 1e-24)."""
+"""Below this value of x = angle² the entire functions are summed as series."""
+SERIES_TERMS = 8
+"""Their number: the error is under 1e-24."""
 
 
 class CasadiNumbers:
     """SX expressions. Constants are rounded here, once, to double."""
 
     def const(self, value: Fraction | int) -> Any:
-        return casadi.SX(float(value))
+        try:
+            rounded = float(value)
+        except OverflowError:
+            rounded = 0.0
+        if value and not rounded:
+            raise NotSupportedError("a constant is too large or too small for double precision")
+        return casadi.SX(rounded)
 
     def sqrt(self, x: Any) -> Any:
         return casadi.sqrt(x)
@@ -48,6 +58,6 @@ def _guarded(x: Any) -> tuple[Any, Any]:
 def _series(x: Any, first: int) -> Any:
     """Σ (−x)ᵏ/(2k + first)!, nested: cos √x for first = 0, sin √x/√x for 1, (√x − sin √x)/√x³ for 3."""
     result: Any = 1
-    for k in range(7, 0, -1):
+    for k in range(SERIES_TERMS - 1, 0, -1):
         result = 1 - x * result / ((2 * k + first - 1) * (2 * k + first))
     return result / (6 if first == 3 else 1)
