@@ -32,8 +32,8 @@ check_python() {
   fi
 }
 
-check_compiler() {
-  local cc scratch
+check_compiler() { # sets $cc
+  local scratch
   if ! cc=$(command -v "${CC:-cc}" || command -v gcc || command -v clang); then
     say "no C compiler"
     packages+=(gcc libc6-dev)
@@ -46,6 +46,20 @@ check_compiler() {
     packages+=(libc6-dev)
   fi
   rm -rf "$scratch"
+}
+
+# Exudyn's module is linked with OpenGL for its viewer, which nothing here opens. Where the machine has no libGL, a
+# stand-in beside the libraries of Exudyn's own lets it load; a call of it would abort.
+stand_in_for_gl() {
+  local site
+  site=$($venv/bin/python -c 'import sysconfig; print(sysconfig.get_paths()["platlib"])')
+  [ -d "$site/exudyn.libs" ] && [ ! -e "$site/exudyn.libs/libGL.so.1" ] || return 0
+  "$venv/bin/python" -c 'import ctypes; ctypes.CDLL("libGL.so.1")' 2>/dev/null && return
+  say "no libGL here: Exudyn gets a stand-in, its viewer is not used"
+  {
+    echo '#include <stdlib.h>'
+    nm -D --undefined-only "$site"/exudyn/*.so | sed -n 's/.* \(gl[A-Z][A-Za-z0-9]*\)$/void \1(void) { abort(); }/p' | sort -u
+  } | "$cc" -x c -shared -fPIC -Wl,-soname,libGL.so.1 -o "$site/exudyn.libs/libGL.so.1" -
 }
 
 check_python
@@ -67,6 +81,7 @@ if [ "$(cat $venv/lock-key 2>/dev/null)" != "$key" ]; then
   }
   printf '%s\n' "$key" >$venv/lock-key
 fi
+stand_in_for_gl
 # No isolation: the build backend is locked like everything else.
 $pip --no-deps --no-build-isolation -e .
 touch $venv/stamp

@@ -23,8 +23,11 @@ def import_exudyn() -> ModuleType:
     """Exudyn, told to be quiet."""
     try:
         exudyn: Any = importlib.import_module("exudyn")
-    except ImportError as error:
+    except ModuleNotFoundError as error:
         raise ToolError("Exudyn is not installed: pip install 'symgen[validation]'") from error
+    except ImportError as error:  # its module is linked with OpenGL
+        hint = " (on Debian or Ubuntu: apt install libgl1)" if "libGL" in str(error) else ""
+        raise ToolError(f"Exudyn is installed and cannot be loaded: {' '.join(str(error).split())}{hint}") from error
     exudyn.config.printToConsole = False
     exudyn.config.suppressWarnings = True
     return exudyn  # type: ignore[no-any-return]
