@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from symgen.algebra.numbers import Numbers, State
 from symgen.catalogue import CATALOGUE, Sizes, output_ports, sizes, split_row
-from symgen.errors import NotSupportedError
+from symgen.errors import NotSupportedError, SceneError
 from symgen.literal.equations import Literal
 from symgen.natural.coordinates import choose_coordinates
 from symgen.natural.layout import NaturalCoordinates
@@ -106,7 +106,8 @@ class System:
     def evaluate(self, name: str, numbers: Numbers, state: State) -> dict[str, Any]:
         """A row's (or a combined function's) outputs by the literal definition: {output name: nested tuples}.
 
-        forward_dynamics has no literal expression and is solved for by LᵀDL with the literal M and bias.
+        forward_dynamics has no literal expression: it solves M a = τ − bias with the literal M and bias. Raises
+        SceneError where M is singular.
         """
         self.require_tree()
         output = self.output(name)
@@ -134,10 +135,15 @@ class System:
 
 def _solve(literal: Literal) -> tuple[Any, ...]:
     """M⁻¹(τ − h) by elimination without pivoting (M is positive definite)."""
-    m = [list(row) for row in literal.mass_matrix()]
+    scene, const = literal.values.scene, literal.values.numbers.const
+    m = [[const(x) if isinstance(x, int) else x for x in row] for row in literal.mass_matrix()]
     b = [x - y for x, y in zip(literal.state.tau, literal.bias_force(), strict=True)]
     n = len(b)
     for k in range(n):
+        if m[k][k] == 0:
+            raise SceneError(
+                f"the mass matrix is singular: no inertia moves with velocity {k}", scene.source or scene.name
+            )
         for i in range(k + 1, n):
             ratio = m[i][k] / m[k][k]
             m[i] = [x - ratio * y for x, y in zip(m[i], m[k], strict=True)]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from symgen.catalogue import CATALOGUE, output_ports, split_row
+from symgen.errors import SceneError
 from symgen.literal.equations import Literal
 from symgen.program.instructions import Port
 from symgen.targets.sympy.angles import merge_angles
@@ -140,6 +141,9 @@ def _accelerations(
     short = merge_angles([*mass, *rest])  # cos θ₂ as one generator, not as cos θ₁ cos(θ₁+θ₂) + sin θ₁ sin(θ₁+θ₂)
     m, b = [short[k * n : (k + 1) * n] for k in range(n)], short[n * n :]
     determinant = _determinant(m)
+    if not determinant.terms:
+        scene = literal.values.scene
+        raise SceneError("the mass matrix is singular in every configuration", scene.source or scene.name)
     numerators = [_determinant([[b[i] if j == k else m[i][j] for j in range(n)] for i in range(n)]) for k in range(n)]
     if max(len(x.terms) for x in (determinant, *numerators)) > longest:
         return None
