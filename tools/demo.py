@@ -25,21 +25,23 @@ class Line:
     scene: str
     text: str
     ok: bool
-    entry: IndexEntry | None = None
-    """Its line of the index; None when there is no report."""
+    entry: IndexEntry
+    """Its card of the index."""
 
 
 def demonstrate(path: Path, out: Path) -> Line:
     """One scene through the whole house. Errors become a line, not a traceback."""
     name = path.name.removesuffix(".scene.yaml")
     started = time.perf_counter()
-    entry = None
+    entry: IndexEntry | None = None
     try:
         text, ok, entry = run(path, out / name)
     except SymgenError as error:
         text, ok = f"FAILED: {error}", False
     except Exception as error:
         text, ok = f"FAILED: {type(error).__name__}: {error}", False
+    if entry is None:
+        entry = IndexEntry(name, None, "It could not be made.", text, False)
     return Line(name, f"{text} ({time.perf_counter() - started:.1f} s)", ok, entry)
 
 
@@ -74,7 +76,7 @@ def main() -> int:
         for future in as_completed([pool.submit(demonstrate, scene, arguments.out) for scene in scenes]):
             lines.append(future.result())
             print(f"{lines[-1].scene:18s} {lines[-1].text}", flush=True)
-    index = write_index(arguments.out, [line.entry for line in lines if line.entry])
+    index = write_index(arguments.out, [line.entry for line in lines])
     bad = [line.scene for line in lines if not line.ok]
     verdict = f"FAILED: {', '.join(sorted(bad))}" if bad else "all passed"
     print(f"\n{len(lines)} scenes in {time.perf_counter() - started:.0f} s: {verdict}")

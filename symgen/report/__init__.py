@@ -2,5 +2,6 @@
 
 from symgen.report.index import write_index
 from symgen.report.page import IndexEntry, write_report
+from symgen.report.picture import write_drawing
 
-__all__ = ["IndexEntry", "write_index", "write_report"]
+__all__ = ["IndexEntry", "write_drawing", "write_index", "write_report"]

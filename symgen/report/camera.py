@@ -56,6 +56,14 @@ def placed(drawing: Drawing, body: int, points: Sequence[Sequence[float]]) -> Ar
     return local
 
 
+def shape_points(drawing: Drawing, shape: Shape) -> Array:
+    """Points of a shape in ground axes."""
+    if shape.end is None:
+        return placed(drawing, shape.body, shape.points)
+    first = placed(drawing, shape.body, shape.points[:-1])
+    return np.vstack([first, placed(drawing, shape.end, shape.points[-1:])])
+
+
 def view_axes(up: Array, azimuth: float, elevation: float) -> Array:
     """Rows right, up, towards the viewer; azimuth 0 looks along the ground's y axis where up is z."""
     e2 = np.array([0.0, 1.0, 0.0]) if abs(up[1]) < 0.9 else np.array([1.0, 0.0, 0.0])
@@ -67,16 +75,20 @@ def view_axes(up: Array, azimuth: float, elevation: float) -> Array:
     return np.array([right, np.cross(towards, right), towards])
 
 
+AZIMUTHS = (25, 35, 45, 55, 65, -25, -35, -45, -55, -65)
+"""Degrees; no axis of the ground points at the viewer."""
+
+
 def choose_view(drawing: Drawing) -> Array:
     """Planar mechanisms are seen along their normal, a little from the side; others from where their points and
     arrows lie farthest apart in the picture."""
     up = np.array(drawing.up)
     if drawing.normal is not None and abs(float(np.array(drawing.normal) @ up)) < 0.1:
         return _along_normal(unit(np.array(drawing.normal)), up)
-    dots = [placed(drawing, s.body, s.points)[0] for s in drawing.shapes if s.kind == "dot"]
-    arrows = [placed(drawing, s.body, s.points) for s in drawing.shapes if s.kind == "arrow"]
+    dots = [shape_points(drawing, s)[0] for s in drawing.shapes if s.kind == "dot"]
+    arrows = [shape_points(drawing, s) for s in drawing.shapes if s.kind == "arrow"]
     best, found = -1.0, view_axes(up, 0.5, 0.35)
-    for azimuth, elevation in itertools.product((math.radians(a) for a in range(-65, 70, 10)), (0.3, 0.45)):
+    for azimuth, elevation in itertools.product((math.radians(a) for a in AZIMUTHS), (0.3, 0.45)):
         axes = view_axes(up, azimuth, elevation)
         value = _spread(axes, dots, arrows, drawing.radius) - 0.02 * abs(azimuth - 0.5)
         if value > best:
@@ -107,7 +119,7 @@ def _spread(axes: Array, dots: list[Array], arrows: list[Array], radius: float) 
 def aim(drawing: Drawing, axes: Array) -> Camera:
     """Fit everything into the picture."""
     centre = np.array(drawing.centre)
-    points = np.vstack([placed(drawing, s.body, s.points) for s in drawing.shapes] or [centre[None]])
+    points = np.vstack([shape_points(drawing, s) for s in drawing.shapes] or [centre[None]])
     seen = (points - centre) @ axes.T
     low, high = seen.min(axis=0), seen.max(axis=0)
     size = np.maximum(high - low, 1e-9)
@@ -146,6 +158,24 @@ def _arrow(seen: Array) -> str:
     return path([start, base]) + path(wings, close=True)
 
 
+COILS, COIL = 9, 6.0
+"""Turns of a spring, and their half width in pixels."""
+
+
+def _zigzag(start: Array, end: Array) -> str:
+    """A spring: straight ends and a zigzag between them."""
+    length = float(np.linalg.norm(end - start))
+    if length < 1:
+        return path([start, end])
+    side = np.array([-(end - start)[1], (end - start)[0]]) / length * COIL
+    inner = [
+        start + (end - start) * (0.15 + 0.7 * (k + 0.5) / (2 * COILS)) + (side if k % 2 else -side)
+        for k in range(2 * COILS)
+    ]
+    ends = (start + 0.15 * (end - start), start + 0.85 * (end - start))
+    return path([start, ends[0], *inner, ends[1], end])
+
+
 def _element(shape: Shape, seen: Array, scale: float) -> Markup:
     kind = shape.kind
     if kind in ("face", "glass"):
@@ -160,6 +190,8 @@ def _element(shape: Shape, seen: Array, scale: float) -> Markup:
         return tag("path", class_="hull", d=path(_hull(seen), close=True), fill=shape.colour, stroke=shape.colour)
     if kind == "line":
         return tag("path", class_=f"line {shape.colour}", d=path(seen[:, :2]), stroke_width=shape.size)
+    if kind == "spring":
+        return tag("path", class_="line spring", d=_zigzag(seen[0, :2], seen[1, :2]), stroke_width=shape.size)
     if kind == "arrow":
         return tag("path", class_="arrow", d=_arrow(seen), stroke_width=shape.size)
     x, y = float(seen[0, 0]), float(seen[0, 1])
@@ -186,7 +218,7 @@ def render(drawing: Drawing, axes: Array | None = None, interactive: str = "") -
     camera = aim(drawing, choose_view(drawing) if axes is None else axes)
     queue = []
     for index, shape in enumerate(drawing.shapes):
-        seen = camera.see(placed(drawing, shape.body, shape.points))
+        seen = camera.see(shape_points(drawing, shape))
         if shape.kind in ("face", "glass") and not faces_viewer(seen):
             continue
         depth = float(seen[:, 2].mean()) + shape.lift
@@ -204,7 +236,7 @@ def render(drawing: Drawing, axes: Array | None = None, interactive: str = "") -
 
 def inset_corner(drawing: Drawing, camera: Camera) -> tuple[float, float]:
     """The corner with least in it."""
-    seen = np.vstack([camera.see(placed(drawing, s.body, s.points)) for s in drawing.shapes] or [np.zeros((1, 3))])
+    seen = np.vstack([camera.see(shape_points(drawing, s)) for s in drawing.shapes] or [np.zeros((1, 3))])
 
     def crowd(corner: tuple[float, float]) -> int:
         near = (abs(seen[:, 0] - corner[0]) < 75) & (abs(seen[:, 1] - corner[1]) < 75)
@@ -266,7 +298,7 @@ def _half_width(label: Label) -> float:
 
 
 def _samples(drawing: Drawing, camera: Camera, shape: Shape) -> list[tuple[float, float]]:
-    seen = camera.see(placed(drawing, shape.body, shape.points))[:, :2]
+    seen = camera.see(shape_points(drawing, shape))[:, :2]
     if shape.kind == "face":
         x, y = seen.mean(axis=0)
         return [(float(x), float(y))]

@@ -14,7 +14,7 @@ class Shape:
     kind: str
     """``face`` (flat, lit, seen from its front only), ``glass`` (the same, translucent), ``sheet`` (flat, seen from
     both sides), ``hull`` (outline of its points in the picture, translucent), ``line``, ``arrow``, ``dot`` (a basic
-    point), ``ball``, ``com``."""
+    point), ``ball``, ``com``, ``spring``."""
     body: int
     points: tuple[Point, ...]
     colour: str
@@ -23,6 +23,8 @@ class Shape:
     """Radius of a ball in m; width of a line, radius of a dot in pixels."""
     lift: float = 0.0
     """Moved towards the viewer by this much (m) when shapes are sorted by depth."""
+    end: int | None = None
+    """The body of the last point, where that is another (springs)."""
 
 
 @dataclass(frozen=True)

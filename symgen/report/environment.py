@@ -6,6 +6,7 @@ from functools import cache
 from importlib import resources
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
 
 
 @cache
@@ -23,6 +24,11 @@ def environment() -> Environment:
 
 def render(template: str, **values: object) -> str:
     return environment().get_template(template).render(**values)
+
+
+def style_sheet() -> Markup:
+    """Colours and drawings, then the page."""
+    return Markup(asset("drawing.css") + asset("style.css"))
 
 
 def asset(name: str) -> str:

@@ -61,6 +61,7 @@ def drawing_json(drawing: Drawing) -> Markup:
                 "colour": shape.colour,
                 "size": round(shape.size, 6),
                 "lift": round(shape.lift, 6),
+                "end": shape.body if shape.end is None else shape.end,
             }
             for shape in drawing.shapes
         ],

@@ -10,12 +10,12 @@ import numpy as np
 from symgen.algebra.numbers import FloatNumbers
 from symgen.natural.entities import Entity
 from symgen.report import solids
-from symgen.report.drawing import Drawing, Frame, Label, Motion, Slider
+from symgen.report.drawing import Drawing, Frame, Label, Motion, Shape, Slider
 from symgen.report.joint_symbols import draw_ground, draw_joint
 from symgen.report.sketch import Sketch, array, body_colour, cut_place, distinct, triple
 from symgen.report.solids import Array, unit
 from symgen.scene.joints import JOINT_TYPES
-from symgen.scene.model import GROUND, Body, Joint, Transform
+from symgen.scene.model import GROUND, Body, Joint, Spring, Transform
 from symgen.system import System
 from symgen.topology.tree import TreeBody
 from symgen.velocity.kinematics import GROUND_POSE, Pose, kinematics
@@ -127,6 +127,7 @@ def draw(system: System) -> Drawing:
         draw_joint(sketch, body, q[body.q : body.q + body.nq])
     for joint in system.tree.cut_joints:
         draw_joint(sketch, joint, [0.0])
+    _draw_springs(sketch)
     _draw_entities(sketch, bones)
     return _finish(sketch, bones, poses, q)
 
@@ -172,6 +173,16 @@ def _entity_place(system: System, entity: Entity) -> tuple[int, Array]:
         if other.kind == "point" and other.label[1:] == entity.label[1:] and home in other.local:
             return home, array(other.local[home])
     return home, np.zeros(3)
+
+
+def _draw_springs(sketch: Sketch) -> None:
+    frames = sketch.system.tree.frames
+    for force in sketch.system.scene.forces:
+        if isinstance(force, Spring):
+            ends = [frames[name] for name in force.between]
+            points = [part_point(place, point) for (_, place), point in zip(ends, force.points, strict=True)]
+            shape = Shape("spring", ends[0][0], tuple(triple(p) for p in points), "spring", 1.6, 0.0, ends[1][0])
+            sketch.shapes.append(shape)
 
 
 def _draw_entities(sketch: Sketch, bones: dict[int, list[Array]]) -> None:

@@ -19,7 +19,7 @@ from symgen.errors import NotSupportedError, SceneError
 from symgen.report import motion_plots, tables, words
 from symgen.report.camera import render as render_drawing
 from symgen.report.drawing import Drawing
-from symgen.report.environment import asset, render
+from symgen.report.environment import asset, render, style_sheet
 from symgen.report.equations import equations
 from symgen.report.live import drawing_json
 from symgen.report.mechanism import display_words, draw
@@ -134,7 +134,7 @@ def render_page(
     script = Markup(asset("mechanism.js"))
     values: dict[str, object] = {
         "version": VERSION,
-        "style": Markup(asset("style.css")),
+        "style": style_sheet(),
         "script": script,
         "script_hash": base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
         "sections": SECTIONS,

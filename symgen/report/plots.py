@@ -149,26 +149,31 @@ def loglog_plot(
     ys = [b for s in series for b in s.y if b > 0 and math.isfinite(b)]
     if not xs or not ys:
         return Markup("")
-    x, y = log_axis(xs, 66, width - 26), log_axis(ys, height - 46, 30)
+    x, y = log_axis(xs, 66, width - 26), log_axis([min(ys) / BESIDE, *ys], height - 46, 30)
     parts = _frame(x, y, x_label, y_label)
     for s in series:
         kept = [(a, b) for a, b in zip(s.x, s.y, strict=True) if b > 0]
         clean = Series(s.name, tuple(a for a, _ in kept), tuple(b for _, b in kept), True, s.style)
         parts += _curve(clean, x, y)
-        if s.style < len(slopes) and kept:
-            parts += _slope(kept[0], slopes[s.style], x, y)
+        if s.style < len(slopes) and len(kept) > 1:
+            parts += _slope(kept[0], kept[-1][0], slopes[s.style], x, y)
     return figure(parts, width, height, title, class_="plot")
 
 
-def _slope(first: tuple[float, float], order: int, x: Axis, y: Axis) -> list[Markup]:
-    """A dashed line of the expected order through the coarsest point, cut at the frame."""
-    a, b = first
-    decades = min((math.log10(b) - y.low) / order, math.log10(a) - x.low)
+BESIDE = 4.0
+"""How far below the data the line of the expected order is drawn, as a factor."""
+
+
+def _slope(first: tuple[float, float], last: float, order: int, x: Axis, y: Axis) -> list[Markup]:
+    """A dashed line of the expected order under the points from ``first`` to the step ``last``, cut at the frame."""
+    a, b = first[0], first[1] / BESIDE
+    decades = min((math.log10(b) - y.low) / order, math.log10(a / last))
     if decades <= 0:
         return []
-    end = (x.at(a * 10**-decades), y.at(b * 10 ** (-order * decades)))
-    text = tag("text", f"order {order}", x=end[0] + 8, y=end[1] - 8, class_="name")
-    return [tag("path", class_="slope", d=path([(x.at(a), y.at(b)), end])), text]
+    start, end = (x.at(a), y.at(b)), (x.at(a * 10**-decades), y.at(b * 10 ** (-order * decades)))
+    middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2)
+    text = tag("text", f"order {order}", x=middle[0] + 8, y=middle[1] + 16, class_="name")
+    return [tag("path", class_="slope", d=path([start, end])), text]
 
 
 @dataclass(frozen=True)

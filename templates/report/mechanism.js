@@ -38,14 +38,15 @@ function place() {
   }
 }
 const ground = (body, p) => body < 0 ? p : add(poses[body].o, turn(poses[body].r, p));
+const owner = (s, i) => i && i === s.points.length - 1 ? s.end : s.body;
 function see(body, p) {
   const v = turn(axes, sub(ground(body, p), data.centre));
   return [width / 2 + scale * (v[0] - middle[0]), height / 2 - scale * (v[1] - middle[1]), v[2]];
 }
 function aim(onlyIfNeeded) {
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  for (const s of shapes) for (const point of s.points) {
-    const v = turn(axes, sub(ground(s.body, point), data.centre));
+  for (const s of shapes) for (let i = 0; i < s.points.length; i++) {
+    const v = turn(axes, sub(ground(owner(s, i), s.points[i]), data.centre));
     for (let k = 0; k < 3; k++) { low[k] = Math.min(low[k], v[k]); high[k] = Math.max(high[k], v[k]); }
   }
   const fit = Math.min((width - 2 * margin) / Math.max(high[0] - low[0], 1e-9), (height - 2 * margin) / Math.max(high[1] - low[1], 1e-9));
@@ -80,6 +81,13 @@ function arrow(a, b) {
   const ux = dx / n, uy = dy / n, h = Math.min(9, 0.6 * n), base = [b[0] - h * ux, b[1] - h * uy], w = 0.38 * h;
   return line([a, base]) + line([[base[0] - w * uy, base[1] + w * ux], b, [base[0] + w * uy, base[1] - w * ux]], true);
 }
+function zigzag(a, b, coils = 9, width = 6) {
+  const dx = b[0] - a[0], dy = b[1] - a[1], n = Math.hypot(dx, dy), at = (t, w) => [a[0] + t * dx - w * dy / n, a[1] + t * dy + w * dx / n];
+  if (n < 1) return line([a, b]);
+  const points = [a, at(0.15, 0)];
+  for (let k = 0; k < 2 * coils; k++) points.push(at(0.15 + 0.7 * (k + 0.5) / (2 * coils), k % 2 ? width : -width));
+  return line([...points, at(0.85, 0), b]);
+}
 const make = (name, attributes) => {
   const element = document.createElementNS(NS, name);
   for (const key in attributes) element.setAttribute(key, attributes[key]);
@@ -92,16 +100,16 @@ function element(s) {
     g.append(make("circle", {r}), make("path", {d: `M0 0h${r}a${r} ${r} 0 0 0-${r}-${r}zM0 0h-${r}a${r} ${r} 0 0 0 ${r} ${r}z`}));
     return g;
   }
-  const classes = {face: "", glass: "glass", hull: "hull", sheet: "sheet " + s.colour, line: "line " + s.colour, arrow: "arrow"};
+  const classes = {face: "", glass: "glass", hull: "hull", sheet: "sheet " + s.colour, line: "line " + s.colour, arrow: "arrow", spring: "line spring"};
   const e = make("path", {class: classes[s.kind]});
-  if (s.kind === "line" || s.kind === "arrow") e.setAttribute("stroke-width", s.size);
+  if (["line", "arrow", "spring"].includes(s.kind)) e.setAttribute("stroke-width", s.size);
   if (s.kind === "hull") { e.setAttribute("fill", s.colour); e.setAttribute("stroke", s.colour); }
   return e;
 }
 const shapes = data.shapes.map(s => ({...s, e: null}));
 const group = svg.querySelector(".solids"), labels = [...svg.querySelectorAll(".labels>g")], corner = svg.querySelector(".inset");
 function update(s) {
-  const p = s.points.map(x => see(s.body, x));
+  const p = s.points.map((x, i) => see(owner(s, i), x));
   s.depth = p.reduce((sum, x) => sum + x[2], 0) / p.length + s.lift;
   s.hidden = false;
   if (s.kind === "face" || s.kind === "glass") {
@@ -115,6 +123,7 @@ function update(s) {
   } else if (s.kind === "sheet") s.e.setAttribute("d", line(p, true));
   else if (s.kind === "hull") s.e.setAttribute("d", line(hull(p), true));
   else if (s.kind === "line") s.e.setAttribute("d", line(p));
+  else if (s.kind === "spring") s.e.setAttribute("d", zigzag(p[0], p[1]));
   else if (s.kind === "arrow") s.e.setAttribute("d", arrow(p[0], p[1]));
   else {
     s.e.setAttribute("transform", `translate(${f(p[0][0])} ${f(p[0][1])})`);

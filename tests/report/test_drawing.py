@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from defusedxml.ElementTree import fromstring
 
 from symgen.report import camera
 from symgen.report.drawing import Frame
@@ -19,6 +20,7 @@ from symgen.report.joint_symbols import SYMBOLS
 from symgen.report.live import drawing_json
 from symgen.report.mechanism import draw
 from symgen.report.page import write_report
+from symgen.report.picture import write_drawing
 from symgen.report.rank import constraint_rank, rank
 from symgen.report.topology_graph import topology_graph
 from symgen.scene.joints import JOINT_TYPES
@@ -80,6 +82,43 @@ def test_everything_is_in_the_picture(name: str) -> None:
     points = {e.label for e in system(name).natural.entities if e.kind != "angle"}
     assert points <= labels
     json.loads(str(drawing_json(drawing)))
+
+
+def test_a_drawing_of_its_own(tmp_path: Path) -> None:
+    picture = write_drawing(tmp_path / "a" / "fig1.svg", load(ROOT / "examples/fig1.scene.yaml")).read_text(
+        encoding="utf-8"
+    )
+    root = fromstring(picture)
+    assert root.tag == "{http://www.w3.org/2000/svg}svg" and root.get("aria-label")
+    assert "prefers-color-scheme:dark" in picture and len(picture) < 60_000
+
+
+SPRUNG = """
+name: sprung
+bodies:
+  - {name: bob, mass: 0.5, com: [0, 0, -0.5], inertia: [0.01, 0.01, 0.001, 0, 0, 0]}
+joints:
+  - {name: swing, type: revolute, parent: ground, child: bob, axis: [0, 1, 0]}
+forces:
+  - {type: spring, name: s1, between: [bob, ground], points: [[0, 0, -0.5], [1, 0, 0]], stiffness: 10, length: 0.5}
+parameters: [bob.mass, s1.stiffness]
+outputs: [mass_matrix]
+"""
+
+
+def test_springs_join_their_points(tmp_path: Path) -> None:
+    (tmp_path / "sprung.scene.yaml").write_text(SPRUNG, encoding="utf-8")
+    scene = load(tmp_path / "sprung.scene.yaml")
+    drawing = draw(derive(scene))
+    (spring,) = (shape for shape in drawing.shapes if shape.kind == "spring")
+    ends = camera.shape_points(drawing, spring)
+    angle = drawing.sliders[0].value
+    assert np.allclose(ends, [[-0.5 * math.sin(angle), 0, -0.5 * math.cos(angle)], [1, 0, 0]], atol=1e-5)
+    write_report(tmp_path / "page.html", scene)
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert (
+        "line spring" in page and "bob.mass" in page and "joins (0, 0, −0.5) m of bob".replace(", ", ",\u00a0") in page
+    )
 
 
 def test_cut_joints_are_dashed_and_red() -> None:
