@@ -80,7 +80,7 @@ def _joint(system: System, row: str, style: Style) -> str:
     if row == "constraints":
         lines.append(style.remark("met by every configuration; in the paper's symbols they are written out"))
     if setter.rounded:
-        lines.append(style.remark("numbers rounded to six digits; the generated code keeps them exact"))
+        lines.append(style.remark("numbers rounded to six digits here; they are derived exactly"))
     return style.page(lines)
 
 
@@ -122,8 +122,10 @@ def _paper(system: System, row: str, style: Style) -> str:
     name, _ = split_row(row)
     if name in ("velocity_transformation", "velocity_transformation_rate"):
         rate = name.endswith("rate")
-        matrix = matrix_text(style, block_matrix(system, rate), NAMES[name])
-        return style.page([matrix, style.remark("d_ij = r_i - r_j; D and U are the skew matrices of d and u")])
+        lines = [matrix_text(style, block_matrix(system, rate), NAMES[name]), style.remark(SKEW)]
+        if system.natural.plane is not None:
+            lines.append(style.remark(IN_SPACE))
+        return style.page(lines)
     if name == "natural_coordinates":
         natural = paper_natural(system)
         entities = [[entity_text(style, natural.entities[k].label, 0)] for k in natural.moving]
@@ -136,6 +138,8 @@ def _paper(system: System, row: str, style: Style) -> str:
     return style.equation(left_side(style, row), style.sum([_product(style, *term) for term in PRODUCTS[name]]))
 
 
+SKEW = "d_ij = r_i - r_j; D and U are the skew matrices of d and u"
+IN_SPACE = "written in space; the natural coordinates of this planar system are points in its plane only"
 R, RDOT, MN = NAMES["velocity_transformation"], NAMES["velocity_transformation_rate"], NAMES["natural_mass_matrix"]
 RATES: Name = ("theta", 1, ())
 PRODUCTS: dict[str, tuple[tuple[bool, tuple[tuple[Name, bool], ...]], ...]] = {

@@ -319,7 +319,7 @@ def _block(point: Point, entity: Entity, unit: Unit, units: Sequence[Unit], rate
 def check_block(point: Point, block: Block, wanted: Mat, entity: Entity, unit: Unit, units: Sequence[Unit]) -> None:
     """A block must be the derived one: raises ArithmeticError."""
     if entity.kind == "angle":
-        value: Mat = ((1 if block else 0,),)
+        value: Mat = ((1 if block else 0,) * len(unit.columns),)
     else:
         value = point.block(block, len(unit.columns), units)
     if not _equal(value, wanted):
