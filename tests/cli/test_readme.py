@@ -28,6 +28,11 @@ def run(command: str, folder: Path) -> str:
     return ran.stdout
 
 
+def settled(text: str) -> str:
+    """Without the doubts of certificates: they hang on primes drawn from every byte that was emitted."""
+    return re.sub(r"\de-\d+(?=  \[)", "…", text)
+
+
 def c_function(text: str, start: str) -> str:
     """From the line ``start`` to the closing brace."""
     begin = text.index(start)
@@ -53,7 +58,7 @@ def test_the_example_prints_what_the_readme_says(tmp_path: Path, update: bool) -
         fresh = fresh.replace(f"```{kind}\n{body}```", f"```{kind}\n{new}```", 1)
     if update:
         README.write_text(fresh, encoding="utf-8")
-    assert fresh == text or update
+    assert settled(fresh) == settled(text) or update
 
 
 def test_the_scene_reference_is_true(tmp_path: Path) -> None:
