@@ -230,8 +230,8 @@ class MathMl:
         subscripts, above = split_scripts(scripts)
         letter = GREEK.get(letter, letter)
         text = self._letter(letter, bold)
-        if dots:
-            text = f'<mover accent="true">{text}<mo stretchy="false">{"˙" if dots == 1 else "¨"}</mo></mover>'
+        if dots:  # no accent="true": fonts without a table for mathematics would draw the dot into the letter
+            text = f'<mover>{text}<mo stretchy="false">{"˙" if dots == 1 else "¨"}</mo></mover>'
         if not subscripts:
             return text
         apart = "<mo>,</mo>" if any(len(part) > 1 for part in subscripts) else ""
