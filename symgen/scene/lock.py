@@ -18,9 +18,7 @@ from symgen.scene.schema import did_you_mean
 _Z: Vector = (Fraction(0), Fraction(0), Fraction(1))
 
 
-def lock_joints(
-    joints: Sequence[Joint], lock: Mapping[str, Any], mounts: Mounts, places: Places
-) -> tuple[Joint, ...]:
+def lock_joints(joints: Sequence[Joint], lock: Mapping[str, Any], mounts: Mounts, places: Places) -> tuple[Joint, ...]:
     """``joints`` with those in ``lock`` made fixed at the position given (a number, or a list of nq numbers)."""
     known = {joint.name: joint for joint in joints}
     locked: dict[str, Joint] = {}

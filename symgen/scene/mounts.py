@@ -60,4 +60,3 @@ def compose_floats(outer: Floats3, inner: Matrix3) -> Floats3:
     """Product of two rotations in floats."""
     rows = [tuple(sum(row[k] * float(inner[k][j]) for k in range(3)) for j in range(3)) for row in outer]
     return tuple((row[0], row[1], row[2]) for row in rows)
-

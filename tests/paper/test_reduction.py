@@ -118,6 +118,7 @@ def test_3_4_and_the_rate_of_r_by_differentiation() -> None:
     rate = sympy.zeros(*r.shape)
     for q, v in zip(symbols.q, symbols.v, strict=True):
         rate += r.diff(q) * v
+
     def value(matrix: sympy.Matrix) -> Any:
         return np.array(sympy.lambdify(list(known), matrix, cse=True)(*known.values()), dtype=float)
 

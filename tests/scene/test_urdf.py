@@ -209,7 +209,9 @@ def test_mistakes_in_a_scene_with_a_model(more: str, text: str, tmp_path: Path) 
 
 def test_a_mistake_in_the_model_names_the_model(tmp_path: Path) -> None:
     write(tmp_path, GOOD.replace('value="2"', 'value="two"'))
-    with pytest.raises(SymgenError, match=r"^two\.urdf:5: link 'arm 1': value of <mass>: 'two' is not a decimal number"):
+    with pytest.raises(
+        SymgenError, match=r"^two\.urdf:5: link 'arm 1': value of <mass>: 'two' is not a decimal number"
+    ):
         load(write(tmp_path, "name: mine\nmodel: two.urdf\n", "mine.scene.yaml"))
 
 
