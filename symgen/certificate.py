@@ -208,7 +208,8 @@ def _state(inputs: Inputs, p: int) -> State:
     return State(**fields)
 
 
-LARGE = 1 << 52
+LARGE = 1 << 40
+"""Degrees from here on are too high for `MOST_POINTS` points of 61 bits to be sure."""
 
 
 def _degree(program: Program, system: System) -> tuple[int, str]:

@@ -7,7 +7,6 @@ from fractions import Fraction as F
 
 import pytest
 
-from symgen.algebra.linear import IDENTITY
 from symgen.algebra.numbers import FloatNumbers, State
 from symgen.errors import CertificateError, SceneError
 from symgen.generate import Generated, generate_files
@@ -81,7 +80,7 @@ def test_springs_without_a_direction_are_refused() -> None:
 
 def test_springs_inside_one_rigid_body_do_nothing() -> None:
     scene = door(Spring(("b", "c"), ((F(0), F(0), F(0)), (F(1), F(0), F(0))), F(1), F(1), F(3)))
-    weld = Joint("w", "fixed", "b", "c", Transform(IDENTITY, (F(-1), F(0), F(0))))
+    weld = Joint("w", "fixed", "b", "c", Transform(translation=(F(-1), F(0), F(0))))
     scene = replace(scene, bodies=(*scene.bodies, Body("c", F(1))), joints=(*scene.joints, weld))
     generated = made(scene, "passive_force", "potential_energy", "bias_force")
     assert "sqrt" not in str(generated.files["door.c"])

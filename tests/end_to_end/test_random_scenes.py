@@ -117,7 +117,7 @@ class Example:
         return as_tuple(self.functions, name, self.row(k))
 
     def literal(self, name: str, k: int) -> list[Array]:
-        given = {n: float(x) if n == "dt" else tuple(map(float, x)) for n, x in self.row(k).items()}
+        given: dict[str, Any] = {n: x.astype(float).tolist() for n, x in self.row(k).items()}
         found = self.system.evaluate(name, FloatNumbers(), State(**given))
         return [np.array(value, dtype=float) for value in found.values()]
 

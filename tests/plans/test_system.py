@@ -24,14 +24,17 @@ def lifts(*masses: F) -> Scene:
 
 def test_forward_dynamics_stays_exact_where_the_mass_matrix_is_whole_numbers() -> None:
     numbers = FieldNumbers()
-    state = State(*([tuple(Residue(k, numbers.p) for k in (2, 3))] * 4))
+    x = tuple(Residue(k, numbers.p) for k in (2, 3))
+    state = State(q=x, v=x, tau=x)
     found = derive(lifts(F(1), F(1))).evaluate("forward_dynamics", numbers, state)["a"]
     assert list(found) == [Residue(2, numbers.p) - F(981, 100), Residue(3, numbers.p) - F(981, 100)]
 
 
 def test_a_singular_mass_matrix_is_an_error_in_numbers_too() -> None:
     with pytest.raises(SceneError, match="lifts: the mass matrix is singular: no inertia moves with velocity 1"):
-        derive(lifts(F(1), F(0))).evaluate("forward_dynamics", FloatNumbers(), State(*([(0.1, 0.2)] * 4)))
+        derive(lifts(F(1), F(0))).evaluate(
+            "forward_dynamics", FloatNumbers(), State(q=(0.1, 0.2), v=(0.1, 0.2), tau=(0.1, 0.2))
+        )
     with pytest.raises(SceneError, match="lifts: the mass matrix is singular"):
         derive(lifts(F(1), F(0))).sympy("forward_dynamics")
 

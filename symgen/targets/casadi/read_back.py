@@ -136,8 +136,7 @@ class _Machine:
 
     def run(self, op: int, args: Sequence[Value]) -> Value:
         if op == casadi.OP_SQRT:
-            (x,) = self.settle(self.resolve(args[0]))
-            return _Root(x)
+            return _Root(self.settle(self.resolve(args[0]))[0])
         if op == casadi.OP_LT:
             return self.is_small(args[0], args[1])
         if isinstance(args[0], _Root) and op == casadi.OP_COS:
