@@ -213,9 +213,9 @@ def faces_viewer(seen: Array) -> bool:
     return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))) < 0
 
 
-def render(drawing: Drawing, axes: Array | None = None, interactive: str = "") -> Markup:
-    """The picture. ``interactive``: an id for the script that turns it."""
-    camera = aim(drawing, choose_view(drawing) if axes is None else axes)
+def render(drawing: Drawing) -> Markup:
+    """The picture, from where most is to be seen."""
+    camera = aim(drawing, choose_view(drawing))
     queue = []
     for index, shape in enumerate(drawing.shapes):
         seen = camera.see(shape_points(drawing, shape))
@@ -231,7 +231,7 @@ def render(drawing: Drawing, axes: Array | None = None, interactive: str = "") -
         tag("g", *_inset(drawing, camera), class_="inset"),
         tag("g", *labels, class_="labels"),
     ]
-    return figure(children, WIDTH, HEIGHT, drawing.title, class_="mechanism", id=interactive or None)
+    return figure(children, WIDTH, HEIGHT, drawing.title, class_="mechanism")
 
 
 def inset_corner(drawing: Drawing, camera: Camera) -> tuple[float, float]:
@@ -282,7 +282,7 @@ def _labels(drawing: Drawing, camera: Camera) -> list[Markup]:
         half = _half_width(label)
         reach = (1.0,) if label.kind == "vector" else (1.0, 1.5)
         options = [(anchor[0] + (10 * r + half) * dx, anchor[1] + 18 * r * dy) for r in reach for dx, dy in DIRECTIONS]
-        x, y = min(options, key=lambda place: _clutter(place, half, busy))
+        x, y = min(options, key=lambda place: _clutter(place, half, np.array(busy)))
         busy.extend((x + t * half, y) for t in (-0.8, 0.0, 0.8))
         children = [symbol(label.text)] if label.kind != "joint" else [label.text]
         place = f"{num(x - anchor[0])} {num(y - anchor[1])}"
@@ -305,11 +305,9 @@ def _samples(drawing: Drawing, camera: Camera, shape: Shape) -> list[tuple[float
     return [tuple(float(c) for c in seen[0] + (seen[-1] - seen[0]) * t) for t in (0.0, 0.35, 0.7, 1.0)]  # type: ignore[misc]
 
 
-def _clutter(place: tuple[float, float], half: float, busy: list[tuple[float, float]]) -> float:
+def _clutter(place: tuple[float, float], half: float, busy: Array) -> float:
+    """What a label at ``place`` covers or comes near to, and how far it sticks out of the picture."""
     x, y = place
     outside = max(0.0, half - x) + max(0.0, x + half - WIDTH) + max(0.0, 10 - y) + max(0.0, y + 10 - HEIGHT)
-    near = 0.0
-    for bx, by in busy:
-        gap = math.hypot(max(0.0, abs(bx - x) - half), max(0.0, abs(by - y) - 6))
-        near += 1.0 / (1.0 + gap * gap / 9.0)
-    return near + outside
+    gaps = np.maximum(0.0, np.abs(busy - (x, y)) - (half, 6.0))
+    return float(np.sum(1.0 / (1.0 + np.sum(gaps * gaps, axis=1) / 9.0))) + outside

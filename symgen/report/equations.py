@@ -16,6 +16,12 @@ SHOWN = {"joint": 8_000, "paper": 24_000}
 """Shorter ones are shown unfolded; R in d and u is for reading."""
 
 
+LARGE = 16
+"""Degrees of freedom beyond which matrices are not written out."""
+SHORT = ("bias_force", "mass_matrix")
+"""Rows that in the paper's symbols are one product of matrices."""
+
+
 @dataclass(frozen=True)
 class Equation:
     """``math`` None: ``note`` says why it is not printed."""
@@ -50,14 +56,16 @@ WANTED = (
 
 
 def equations(system: System) -> Sequence[Equation]:
-    """The equations of a system without closed loops, in reading order."""
-    return [_equation(system, wanted) for wanted in WANTED]
+    """The equations of a system without closed loops, in reading order; of a large one those it asks for."""
+    asked = {row for output in system.outputs for row in output.of}
+    large = system.tree.nv > LARGE
+    return [_equation(system, wanted) for wanted in WANTED if not large or wanted.row in asked]
 
 
 def _equation(system: System, wanted: _Wanted) -> Equation:
     counts = count(system.program(wanted.row))
     math = ""
-    if counts.flops <= wanted.most:
+    if counts.flops <= wanted.most and (system.tree.nv <= LARGE or wanted.row in SHORT):
         from symgen.targets.sympy import equations as written
 
         math = written(system, [wanted.row], symbols=wanted.symbols, format="mathml")

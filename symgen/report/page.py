@@ -71,6 +71,18 @@ class IndexEntry:
     drawing: Markup = NO_DRAWING
 
 
+@dataclass(frozen=True)
+class _Subject:
+    """What a page is about."""
+
+    system: System
+    drawing: Drawing
+    picture: Markup
+    refusal: str
+    """Why the scene has no functions; empty when it has."""
+    result: ValidationResult | None
+
+
 def write_report(
     path: str | Path, scene: Scene, validation_result: ValidationResult | None = None, artifact: Artifact | None = None
 ) -> IndexEntry:
@@ -82,20 +94,20 @@ def write_report(
     """
     path = Path(path)
     system = derive(scene)
-    refusal = _refusal(system)
     drawing = draw(system)
-    if refusal:
-        page = render_page(system, drawing, refusal, None, None, validation_result)
+    subject = _Subject(system, drawing, render_drawing(drawing), _refusal(system), validation_result)
+    if subject.refusal:
+        page = _render(subject, None, None)
     elif artifact is not None:
-        page = render_page(system, drawing, "", artifact.directory, artifact.manifest, validation_result)
+        page = _render(subject, artifact.directory, artifact.manifest)
     else:
         from symgen.generate import generate
 
         with tempfile.TemporaryDirectory(prefix="symgen-report-") as folder:
             made = generate(scene, Path(folder) / "artifact", system=system)
-            page = render_page(system, drawing, "", made.directory, made.manifest, validation_result)
+            page = _render(subject, made.directory, made.manifest)
     write_text(path, page)
-    return _entry(path, system, drawing, refusal, validation_result)
+    return _entry(path, subject)
 
 
 def write_text(path: Path, text: str) -> None:
@@ -121,15 +133,9 @@ def _refusal(system: System) -> str:
     return ""
 
 
-def render_page(
-    system: System,
-    drawing: Drawing,
-    refusal: str,
-    directory: Path | None,
-    manifest: Mapping[str, Any] | None,
-    result: ValidationResult | None,
-) -> str:
-    """The page as text. ``refusal``: why the scene has no functions, empty when it has."""
+def _render(subject: _Subject, directory: Path | None, manifest: Mapping[str, Any] | None) -> str:
+    """The page as text."""
+    system, refusal, result = subject.system, subject.refusal, subject.result
     units = [unit for body in system.tree.bodies for unit in JOINT_TYPES[body.joint.type].q_units]
     script = Markup(asset("mechanism.js"))
     values: dict[str, object] = {
@@ -143,14 +149,12 @@ def render_page(
         "manifest": manifest,
         "badge": _badge(result, refusal),
         "facts": _facts(system, manifest),
+        "parameters": tables.parameters(system),
+        "provenance": _provenance(system, result),
     }
-    values |= _problem(system) | _mechanism(system, drawing) | _topology(system) | _natural(system)
-    values |= (
-        _operations(system, refusal)
-        | _code(directory, manifest)
-        | motion_plots.validation_values(result, refusal, units)
-    )
-    values |= {"parameters": tables.parameters(system), "provenance": _provenance(system, result)}
+    values |= _problem(system) | _mechanism(subject) | _topology(system) | _natural(system)
+    values |= _operations(system, refusal) | _code(directory, manifest)
+    values |= motion_plots.validation_values(result, refusal, units)
     return render("report/page.html.j2", **values)
 
 
@@ -195,12 +199,12 @@ def _problem(system: System) -> dict[str, object]:
     }
 
 
-def _mechanism(system: System, drawing: Drawing) -> dict[str, object]:
+def _mechanism(subject: _Subject) -> dict[str, object]:
     return {
-        "mechanism": render_drawing(drawing, interactive="mechanism-drawing"),
-        "mechanism_data": drawing_json(drawing),
-        "mechanism_caption": display_words(system),
-        "legend": [(body.name, body_colour(body.index)) for body in system.tree.bodies],
+        "mechanism": subject.picture,
+        "mechanism_data": drawing_json(subject.drawing),
+        "mechanism_caption": display_words(subject.system),
+        "legend": [(body.name, body_colour(body.index)) for body in subject.system.tree.bodies],
     }
 
 
@@ -283,13 +287,16 @@ def _provenance(system: System, result: ValidationResult | None) -> list[tuple[s
     return found
 
 
-def _entry(path: Path, system: System, drawing: Drawing, refusal: str, result: ValidationResult | None) -> IndexEntry:
+def _entry(path: Path, subject: _Subject) -> IndexEntry:
+    system, result = subject.system, subject.result
     functions = words.counted(len({function_name(output.name) for output in system.outputs}), "function")
-    summary = words.introduction(system)[0] + (f" {functions[0].upper()}{functions[1:]}." if not refusal else "")
-    if refusal:
+    summary = words.introduction(system)[0]
+    if subject.refusal:
         text, passed = "topology only: closed loops are not derived", None
     elif result is None or not result.rows:
         text, passed = "not validated", None
     else:
         text, passed = verdict(result)[0], result.passed
-    return IndexEntry(system.scene.name, path, summary, text, passed, render_drawing(drawing))
+    if not subject.refusal:
+        summary += f" {functions[0].upper()}{functions[1:]}."
+    return IndexEntry(system.scene.name, path, summary, text, passed, subject.picture)

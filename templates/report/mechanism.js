@@ -1,6 +1,6 @@
 "use strict";
 (() => {
-const svg = document.getElementById("mechanism-drawing");
+const svg = document.querySelector("#mechanism-drawing svg");
 const data = JSON.parse(document.getElementById("mechanism-data").textContent);
 if (!svg || !data) return;
 const NS = "http://www.w3.org/2000/svg", {width, height, margin, light, inset} = data;

@@ -145,7 +145,7 @@ def _chromium() -> str:
 
 PROBE = """
 const run = async () => {
-  const inner = document.querySelector("iframe").contentDocument, svg = inner.getElementById("mechanism-drawing");
+  const inner = document.querySelector("iframe").contentDocument, svg = inner.querySelector("#mechanism-drawing svg");
   const paths = () => [...svg.querySelectorAll(".solids>path")].map(e => e.getAttribute("d"));
   const changed = async old => {
     for (let k = 0; k < 200 && paths().join() === old.join(); k++) await new Promise(done => setTimeout(done, 50));

@@ -166,6 +166,23 @@ def test_a_page_that_cannot_be_written_is_one_message(tmp_path: Path) -> None:
         write_report(tmp_path / "file" / "page.html", load(example("pendulum")))
 
 
+def test_a_long_chain_stays_readable(tmp_path: Path) -> None:
+    """Many bodies: no page that explodes, no matrix that nobody reads."""
+    lines = ["name: chain", "bodies:"]
+    lines += [f"  - {{name: link{k}, mass: 1, com: [0.1, 0, 0], inertia: [0.1, 0.1, 0.1, 0, 0, 0]}}" for k in range(45)]
+    lines.append("joints:")
+    for k in range(45):
+        ends = f"parent: {f'link{k - 1}' if k else 'ground'}, child: link{k}"
+        axis = "[0, 0, 1]" if k % 2 else "[0, 1, 0]"
+        lines.append(f"  - {{name: joint{k}, type: revolute, {ends}, axis: {axis}, origin: {{xyz: [0.2, 0, 0]}}}}")
+    lines.append("outputs: ['frame_pose:link3']")
+    (tmp_path / "chain.scene.yaml").write_text("\n".join(lines), encoding="utf-8")
+    write_report(tmp_path / "page.html", load(tmp_path / "chain.scene.yaml"))
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "too large to print" in page and len(page) < 1_000_000
+    assert pages.read_html(page).wrong == []
+
+
 def test_index(tmp_path: Path) -> None:
     entries = []
     for name in ("four_bar", "pendulum"):
