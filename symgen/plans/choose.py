@@ -14,12 +14,13 @@ from symgen.topology.tree import Tree
 
 DIVISION_COST = 8
 """Additions that a division or a root is worth: about what it occupies a floating-point unit for."""
-LITERAL_LIMIT = 3
+LITERAL_LIMIT = 6
 """Up to so many velocities the literal form may win, and is always counted."""
-LITERAL_SHOWN = 12
-"""Up to so many it is counted when asked for."""
+LITERAL_SUMS = frozenset({"gravity_force", "potential_energy"})
+"""Rows that are one sum over bodies, where the literal form may win in larger scenes too."""
 SMALL = 12
-"""Up to so many velocities every way to group constant inertias is counted."""
+"""Up to so many velocities literal sums and every way to group constant inertias are weighed, the rest counted when
+asked for."""
 
 
 @dataclass(frozen=True)
@@ -54,43 +55,33 @@ def choose(
 ) -> tuple[Program, tuple[PlanChoice, ...]]:
     """The program of a function by its cheapest family, and what was weighed.
 
-    ``every`` counts also those families that cannot win, where that is affordable.
+    ``every`` counts also those families that are not weighed, where that is affordable; it changes no choice.
     """
-    tree = lowered.tree
     programs: dict[Family, Program] = {}
     passed: dict[Family, str] = {}
     families = families_of(output)
-    only = len(families) == 1
-    solves = any(split_row(row)[0] == "forward_dynamics" for row in output.of)
-    bound = factor_lower_bound(tree)
-    order = sorted(families, key=lambda family: not family.articulated)
-    for family in order:
-        reason = "" if only else _reason_to_skip(family, lowered, solves, bound, programs, every)
+    for family in sorted(families, key=lambda family: not family.articulated):
+        reason = _reason_to_skip(family, lowered, output, programs) if len(families) > 1 else ""
         if reason:
             passed[family] = reason
-        else:
+        if not reason or (every and lowered.tree.nv <= SMALL):
             programs[family] = build(lowered, natural, output, family)
-    best = min(families, key=lambda family: _rank(family, programs))
+    weighed = [family for family in families if family not in passed]
+    best = min(weighed, key=lambda family: (cost(count(programs[family])), FAMILIES.index(family)))
     return programs[best], tuple(_choice(output, family, best, programs, passed) for family in families)
 
 
-def _rank(family: Family, programs: dict[Family, Program]) -> tuple[bool, int, int]:
-    counted = family in programs
-    return (not counted, cost(count(programs[family])) if counted else 0, FAMILIES.index(family))
-
-
-def _reason_to_skip(
-    family: Family, lowered: Lowered, solves: bool, bound: int, programs: dict[Family, Program], every: bool
-) -> str:
-    tree = lowered.tree
-    if family.literal and tree.nv > (LITERAL_SHOWN if every else LITERAL_LIMIT):
+def _reason_to_skip(family: Family, lowered: Lowered, output: Output, programs: dict[Family, Program]) -> str:
+    """Why a family is not weighed. The same whether it is counted for show or not."""
+    nv, rows = lowered.tree.nv, {split_row(row)[0] for row in output.of}
+    if family.literal and nv > (SMALL if rows <= LITERAL_SUMS else LITERAL_LIMIT):
         return "not counted: multiplies out matrices that the other plans never form"
-    if not (family.regrouped or family.literal or every or lowered.parametric or tree.nv <= SMALL):
-        return "not counted: constant inertia, and more than 12 velocities"
+    if not (family.regrouped or family.literal or lowered.parametric or nv <= SMALL):
+        return f"not counted: constant inertia, and more than {SMALL} velocities"
     articulated = programs.get(Family(articulated=True))
-    if solves and not family.articulated and articulated is not None:
-        known = cost(count(articulated))
-        if bound > known:
+    if "forward_dynamics" in rows and not family.articulated and articulated is not None:
+        bound = factor_lower_bound(lowered.tree)
+        if bound > cost(count(articulated)):
             return f"not counted: LᵀDL alone takes at least {bound} operations"
     return ""
 
@@ -103,7 +94,8 @@ def _choice(
         return PlanChoice(name, None, False, passed[family])
     counts = count(programs[family])
     if family == best:
-        alone = len(programs) + len(passed) == 1
+        alone = len(programs.keys() | passed.keys()) == 1
         return PlanChoice(name, counts, True, "the only plan" if alone else f"fewest operations: {explanation}")
     more = cost(counts) / max(cost(count(programs[best])), 1)
-    return PlanChoice(name, counts, False, f"{more:.2f} times the cost: {explanation}")
+    unweighed = ", not weighed at this size" if family in passed else ""
+    return PlanChoice(name, counts, False, f"{more:.2f} times the cost{unweighed}: {explanation}")

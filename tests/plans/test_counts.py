@@ -45,3 +45,16 @@ def test_long_chains_go_to_articulated_bodies_without_counting_what_cannot_win()
     choices = {choice.plan: choice for choice in system.plans("forward_dynamics", every=False)}
     assert choices["articulated"].chosen
     assert choices["factored"].counts is None and "LᵀDL alone" in choices["factored"].why
+
+
+@pytest.mark.parametrize("name", ["free_body", "fig2", "furuta", "universal_shaft"])
+def test_what_is_shown_as_chosen_is_what_is_emitted(name: str) -> None:
+    scene = load(f"examples/{name}.scene.yaml")
+    for output in derive(scene).outputs:
+        (shown,) = [choice for choice in derive(scene).plans(output.name) if choice.chosen]
+        assert derive(scene).program(output.name).plan == shown.plan, output.name
+
+
+def test_literal_forms_win_where_they_are_cheaper() -> None:
+    system = derive(load("examples/free_body.scene.yaml"))
+    assert system.program("coriolis_matrix").plan == system.program("kinetic_energy").plan == "literal"
