@@ -79,7 +79,7 @@ void free_body_mass_matrix(const double q[7], double M[36]);
 /*
  * coriolis_matrix: C = R^T M dR/dt
  * From q (7, m or rad), v (6, m/s or rad/s) to C (6 x 6, SI).
- * Plan: composite. Operations: 42 add, 66 mul, 1 div.
+ * Plan: literal. Operations: 38 add, 49 mul, 1 div.
  */
 void free_body_coriolis_matrix(const double q[7], const double v[6], double C[36]);
 
@@ -121,7 +121,7 @@ void free_body_forward_dynamics(const double q[7], const double v[6], const doub
 /*
  * kinetic_energy: T = kinetic energy
  * From q (7, m or rad), v (6, m/s or rad/s) to T (scalar, J).
- * Plan: recursive. Operations: 32 add, 43 mul, 1 div.
+ * Plan: literal. Operations: 25 add, 41 mul, 1 div.
  */
 void free_body_kinetic_energy(const double q[7], const double v[6], double T[1]);
 
