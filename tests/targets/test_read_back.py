@@ -307,6 +307,10 @@ def test_header_is_checked() -> None:
     for old, new in (("q[2]", "q[3]"), ("double M[4]", "float M[4]"), ("void demo_mass", "int demo_mass")):
         with pytest.raises(CertificateError, match="not declared as"):
             read_back(changed(emitted, header.replace(old, new, 1), "demo.h"))
+    size = next(line for line in header.splitlines() if "_NQ" in line)
+    for old, new in ((size, f"{size}0"), (size, ""), (size, f"{size}\n#define sine cosine"), (size, f"{size}\n{size}")):
+        with pytest.raises(CertificateError, match="macros"):
+            read_back(changed(emitted, header.replace(old, new, 1), "demo.h"))
 
 
 @pytest.mark.parametrize("status", [False, True])

@@ -186,8 +186,9 @@ def _check_signature(
 
 
 def _check_header(emitted: Emitted) -> None:
-    """Every function is declared once, as it is defined."""
+    """Every function is declared once, as it is defined, and no macro changes what a source says."""
     file = emitted.headers[0]
+    _check_macros(file, strip_comments(emitted.files[file]), emitted)
     code = " ".join(strip_comments(emitted.files[file]).split())
     options = emitted.info.options
     for function in emitted.functions:
@@ -197,6 +198,26 @@ def _check_header(emitted: Emitted) -> None:
         text = f"{result} {symbol}({arguments});".replace("( ", "(")
         if code.replace("( ", "(").count(text) != 1 or len(re.findall(rf"\b{symbol}\(", code)) != 1:
             raise CertificateError(f"{file}: {symbol} is not declared as it is defined")
+
+
+def _check_macros(file: str, code: str, emitted: Emitted) -> None:
+    """Sizes and the places of parameters as they are; besides them only the guard, the defaults and C++'s linkage."""
+    info, prefix = emitted.info, f"{emitted.name.upper()}_"
+    sizes = {"NQ": info.nq, "NV": info.nv} | ({"NP": info.parameter_count} if info.parameters else {})
+    wanted = [f"#define {prefix}{name} {size}" for name, size in sizes.items()]
+    plain = re.compile(
+        rf"#(ifndef|define) SYMGEN_{prefix}(F32_)?H|#define {prefix}P_\w+ (\d+|\\)"
+        r"|#include <stddef\.h>|#ifdef __cplusplus|#endif"
+    )
+    lines = [" ".join(line.split()) for line in code.splitlines() if line.lstrip().startswith(("#", "%:", "??="))]
+    others = [line for line in lines if line not in wanted]
+    starts = [int(line.split()[2]) for line in others if re.fullmatch(rf"#define {prefix}P_\w+ \d+", line)]
+    if (
+        [line for line in lines if line in wanted] != wanted
+        or starts != [parameter.start for parameter in info.parameters]
+        or not all(plain.fullmatch(line) for line in others)
+    ):
+        raise CertificateError(f"{file}: its macros are not those of the scene")
 
 
 def _check_batch(emitted: Emitted) -> None:
