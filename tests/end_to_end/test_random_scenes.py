@@ -25,7 +25,7 @@ from symgen.scene.outputs import DEFAULT_OUTPUTS
 from symgen.scene.parameters import available_parameters
 from symgen.system import System, derive
 from symgen.validation.functions import vary_parameters
-from tests.natural.trees import random_scene, random_vector, rotation
+from tests.natural.trees import random_planar_scene, random_scene, random_vector, rotation
 
 Array = NDArray[Any]
 
@@ -38,6 +38,7 @@ BESIDE_A_BASE = (
 )  # fmt: skip
 CONVENTIONS = ("world", "body", "mixed")
 EXAMPLES = [(types, CONVENTIONS[k % 3], ("double", "float")[k // 3], 100 + k) for k, types in enumerate(BESIDE_A_BASE)]
+IN_A_PLANE: Case = ((), "world", "double", 200)
 TYPES = [name for row in BESIDE_A_BASE for name in row]
 MORE = [
     (tuple(random.Random(seed).choices(TYPES, k=4)), CONVENTIONS[seed % 3], ("double", "float")[seed % 2], seed)
@@ -48,13 +49,15 @@ STATES = 4
 
 
 def tree_of(types: tuple[str, ...], rng: random.Random) -> Scene:
-    """A random tree with these joint types beside one floating base."""
+    """A random tree with these joint types beside one floating base; a planar tree for none."""
+    if not types:
+        return random_planar_scene(rng, 4)
     wanted = sorted((*types, "floating"))
     while True:
         scene = random_scene(rng, len(wanted), tuple(dict.fromkeys(wanted)))
         bases = [joint for joint in scene.joints if joint.type == "floating"]
         if sorted(j.type for j in scene.joints) == wanted and all(joint.parent == "ground" for joint in bases):
-            return replace(scene, name="random_tree")
+            return scene
 
 
 def scene_of(types: tuple[str, ...], convention: str, precision: str, seed: int) -> Scene:
@@ -77,7 +80,7 @@ def scene_of(types: tuple[str, ...], convention: str, precision: str, seed: int)
         if joint.type not in ("fixed", "spherical", "floating")
     ]
     frame = Frame("tool", names[-1], Transform(rotation(1, 2, -1, 1), random_vector(rng)))
-    scene = replace(scene, joints=joints, forces=tuple(springs), frames=(frame,))
+    scene = replace(scene, name="random_tree", joints=joints, forces=tuple(springs), frames=(frame,))
     options = Options(convention, precision, rng.choice(("polynomial", "libm")), status=rng.random() < 0.5, batch=True)
     return replace(scene, parameters=parameters_of(scene, rng), outputs=outputs_of(names), options=options)
 
@@ -255,7 +258,7 @@ def test_every_joint_type_has_an_example() -> None:
     assert {"floating", *TYPES} == set(JOINT_TYPES)
 
 
-@pytest.mark.parametrize("case", EXAMPLES, ids=label)
+@pytest.mark.parametrize("case", [*EXAMPLES, IN_A_PLANE], ids=label)
 def test_random_scenes(case: Case, tmp_path: Path) -> None:
     all_checks(case, tmp_path)
 
