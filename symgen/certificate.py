@@ -159,8 +159,11 @@ class Certifier:
     def certify(self, output: Output, program: Program, candidates: Sequence[Candidate]) -> Certificate:
         """Certify every candidate for a function.
 
-        Raises CertificateError naming the function, the candidate and the catalogue row that differs.
+        Raises CertificateError naming the function, the candidate and the catalogue row that differs, and where there
+        is no candidate.
         """
+        if not candidates:
+            raise CertificateError(f"{output.name}: nothing was emitted")
         degree, assumption = _degree(program, self.system)
         probability, points = 1.0, 0
         for p in self.primes:

@@ -17,7 +17,7 @@ from symgen.program.instructions import Program
 from symgen.scene.load import load
 from symgen.scene.model import Output, Scene
 from symgen.system import System, derive
-from symgen.targets.c import Info, JointRow, ReadBack, ReadFunction, emit_c, read_back
+from symgen.targets.c import Info, JointRow, ReadFunction, emit_c, read_back
 from symgen.targets.c.sincos import enclosure
 from symgen.version import VERSION
 
@@ -75,8 +75,10 @@ def generate_files(system: System, progress: Progress) -> Generated:
     certificates: dict[str, Certificate] = {}
     for done, (output, program) in enumerate(zip(outputs, programs, strict=True)):
         progress(len(outputs) + 1 + done, total, f"certify {output.name}")
-        function = stored.get(program.name)
-        certificate = _certify(certifier, output, program, read, function.read_back if function else None)
+        text, function = read.functions.get(program.name) if read else None, stored.get(program.name)
+        if text is None and function is None:
+            continue  # all its outputs are empty: left out, as the header says
+        certificate = _certify(certifier, output, program, text, function.read_back if function else None)
         certificates[program.name] = certificate
         records.append(FunctionRecord(program, certificate.to_json(), function.path if function else None))
     progress(total, total, "write")
@@ -129,12 +131,11 @@ def _casadi_functions(scene: str, programs: Sequence[Program]) -> dict[str, _Sto
 
 
 def _certify(
-    certifier: Certifier, output: Output, program: Program, read: ReadBack | None, function: casadi.Function | None
+    certifier: Certifier, output: Output, program: Program, text: ReadFunction | None, function: casadi.Function | None
 ) -> Certificate:
     """Certify everything that was emitted for one function."""
     candidates: list[Candidate] = []
     remarks = ""
-    text = read.functions.get(program.name) if read else None
     if text is not None:
         candidates.append(_c_candidate(text, program))
         remarks = _remarks(text, certifier.system)

@@ -79,6 +79,11 @@ def test_a_casadi_function_as_emitted_is_accepted_and_a_changed_constant_is_not(
             certify_casadi(fig2, program, casadi_function(mutant))
 
 
+def test_nothing_is_no_candidate(fig2: System) -> None:
+    with pytest.raises(CertificateError, match="nothing was emitted"):
+        Certifier(fig2, "").certify(fig2.output("gravity_force"), fig2.program("gravity_force"), [])
+
+
 def test_a_wrong_plan_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """A sign in the recursion: generation fails, names the function, and leaves nothing behind."""
     right = recursive.wrench
