@@ -1,7 +1,7 @@
 """The function catalogue: for every row its arguments, its outputs and the literal definition it is held to.
 
 To add an output: one row here and the method of `symgen.literal.equations.Literal` that defines it; faster plans,
-where there are any, are registered in `symgen.plans.choose`.
+where there are any, are registered in `symgen.plans.build`.
 """
 
 from __future__ import annotations

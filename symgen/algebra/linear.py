@@ -54,6 +54,10 @@ def mul(x: Scalar, y: Scalar) -> Scalar:
     return x * y
 
 
+def neg(x: Scalar) -> Scalar:
+    return sub(0, x)
+
+
 def half(x: Scalar) -> Scalar:
     """x / 2, a structural zero staying one, and every int exact."""
     if type(x) is int:
@@ -134,10 +138,6 @@ def mscale(s: Scalar, a: Mat) -> Mat:
 
 def outer(a: Vec, b: Vec) -> Mat:
     return tuple(scale(x, b) for x in a)
-
-
-def columns(m: Mat) -> tuple[Vec, ...]:
-    return transpose(m)
 
 
 def symmetric(six: Sequence[Scalar]) -> Mat:

@@ -8,8 +8,8 @@ number type supplies those. Floats live here; GF(p) in `symgen.algebra.field`, t
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Protocol
 
@@ -50,7 +50,6 @@ class State:
     tau: Sequence[Scalar] = ()
     dt: Scalar = 0
     p: Sequence[Scalar] = ()
-    extra: Mapping[str, Scalar] = field(default_factory=dict)
 
 
 class FloatNumbers:

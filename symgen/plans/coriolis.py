@@ -23,6 +23,7 @@ from symgen.algebra.linear import (
     madd,
     matmul,
     matvec,
+    mul,
     outer,
     scale,
     skew,
@@ -235,5 +236,5 @@ def kinetic_energy(links: Links, v: Sequence[Scalar], armature: Sequence[Scalar]
         spin = vadd(matvec(moment_of_inertia(inertia), at.w), cross(inertia.first, at.v))
         twice = add(twice, add(dot(at.v, p), dot(at.w, spin)))
     for extra, rate in zip(armature, v, strict=True):
-        twice = add(twice, dot((extra,), (dot((rate,), (rate,)),)))
+        twice = add(twice, mul(extra, mul(rate, rate)))
     return half(twice)

@@ -17,11 +17,13 @@ from symgen.algebra.linear import (
     known_value,
     madd,
     matmul,
+    matvec,
     mul,
     outer,
     scale,
     skew,
     sub,
+    symmetric,
     transpose,
     vadd,
 )
@@ -111,8 +113,8 @@ class _Articulated:
 
     def column(self, w: Vec, v: Vec) -> tuple[Vec, Vec]:
         """(moment, force) of the unit motion (w, v)."""
-        moment = vadd(_columns_of(self.j, w), _columns_of(self.b, v))
-        return moment, vadd(_columns_of(transpose(self.b), w), _columns_of(self.m, v))
+        moment = vadd(matvec(self.j, w), matvec(self.b, v))
+        return moment, vadd(matvec(transpose(self.b), w), matvec(self.m, v))
 
     def eliminate(self, moment: Vec, force: Vec, inverse: Scalar, done: Sequence[tuple[str, int]]) -> None:
         """Subtract U Uᵀ/D. Rows and columns of the freed direction become zero exactly (``done``)."""
@@ -142,11 +144,6 @@ class _Articulated:
         return result
 
 
-def _columns_of(m: Mat, x: Vec) -> Vec:
-    """m x, where x is mostly zeros and ones."""
-    return tuple(dot(row, x) for row in m)
-
-
 def _minus_outer(m: Mat, x: Vec, y: Vec) -> Mat:
     return tuple(
         tuple(sub(a, b) for a, b in zip(row, other, strict=True)) for row, other in zip(m, outer(x, y), strict=True)
@@ -167,9 +164,7 @@ def _symmetrise(m: Mat) -> Mat:
 
 
 def _symmetric_to_parent(at: Moving, m: Mat) -> Mat:
-    six = at.second_to_parent((m[0][0], m[1][1], m[2][2], m[0][1], m[0][2], m[1][2]))
-    xx, yy, zz, xy, xz, yz = six
-    return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+    return symmetric(at.second_to_parent((m[0][0], m[1][1], m[2][2], m[0][1], m[0][2], m[1][2])))
 
 
 def _axis_motions(at: Moving) -> list[tuple[Vec, Vec, tuple[tuple[str, int], ...]]]:

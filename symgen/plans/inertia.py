@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from symgen.algebra.linear import ZERO, Mat, Vec, add, matmul, matvec, mul, scale, sub, symmetric, transpose, vadd
+from symgen.algebra.linear import ZERO, Mat, Vec, add, dot, matmul, matvec, mul, scale, sub, symmetric, transpose, vadd
 from symgen.natural.mass import pseudo_inertia
 from symgen.plans.links import BALL, SLIDE, TURN, Link
 from symgen.topology.tree import Tree
@@ -72,16 +72,9 @@ def rotate_second(turn: Mat, second: Six) -> Six:
         product = matmul(turn, full)
 
         def entry(i: int, j: int) -> Scalar:
-            return sum_products(product[i], turn[j])
+            return dot(product[i], turn[j])
 
     return (entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2))
-
-
-def sum_products(a: Vec, b: Vec) -> Scalar:
-    result: Scalar = 0
-    for x, y in zip(a, b, strict=True):
-        result = add(result, mul(x, y))
-    return result
 
 
 def turn_second(c: Scalar, s: Scalar, second: Six) -> Six:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from symgen.algebra.linear import IDENTITY, Mat, Vec, dot, matmul, matvec, scale, transpose, vadd, vsub
-from symgen.scene.model import GROUND, Joint
+from symgen.scene.model import Joint
 from symgen.topology.tree import Tree
 
 TURN, SLIDE, SCREW, BALL, FREE = "turn", "slide", "screw", "ball", "free"
@@ -187,8 +187,3 @@ def _slide_origins(links: tuple[Link, ...]) -> tuple[Link, ...]:
         )
         for link in links
     )
-
-
-def ground_parent(tree: Tree, link: Link) -> str:
-    """Name of the body a link hangs on, for headings."""
-    return GROUND if link.parent < 0 else tree.bodies[link.body].name

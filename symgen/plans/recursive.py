@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from symgen.algebra.linear import ZERO, Mat, Vec, add, cross, matvec, mul, scale, sub, vadd
+from symgen.algebra.linear import ZERO, Mat, Vec, add, cross, matvec, mul, neg, scale, sub, total, vadd
 from symgen.plans import free
 from symgen.plans.inertia import Inertia
 from symgen.plans.walk import BALL, FREE, Links, Moving
@@ -50,28 +50,11 @@ def wrench(inertia: Inertia, motion: Motion) -> tuple[Vec, Vec]:
     xx, yy, zz, xy, xz, yz = inertia.second
     force = vadd(scale(inertia.mass, a), matvec(u, inertia.first))
     moment = (
-        _sum(
-            mul(yy, u[2][1]), _minus(mul(zz, u[1][2])), mul(xy, u[2][0]), _minus(mul(xz, u[1][0])), mul(yz, sub(sz, sy))
-        ),
-        _sum(
-            mul(zz, u[0][2]), _minus(mul(xx, u[2][0])), mul(yz, u[0][1]), _minus(mul(xy, u[2][1])), mul(xz, sub(sx, sz))
-        ),
-        _sum(
-            mul(xx, u[1][0]), _minus(mul(yy, u[0][1])), mul(xz, u[1][2]), _minus(mul(yz, u[0][2])), mul(xy, sub(sy, sx))
-        ),
+        total((mul(yy, u[2][1]), neg(mul(zz, u[1][2])), mul(xy, u[2][0]), neg(mul(xz, u[1][0])), mul(yz, sub(sz, sy)))),
+        total((mul(zz, u[0][2]), neg(mul(xx, u[2][0])), mul(yz, u[0][1]), neg(mul(xy, u[2][1])), mul(xz, sub(sx, sz)))),
+        total((mul(xx, u[1][0]), neg(mul(yy, u[0][1])), mul(xz, u[1][2]), neg(mul(yz, u[0][2])), mul(xy, sub(sy, sx)))),
     )
     return force, vadd(moment, cross(inertia.first, a))
-
-
-def _minus(x: Scalar) -> Scalar:
-    return sub(0, x)
-
-
-def _sum(*terms: Scalar) -> Scalar:
-    result: Scalar = 0
-    for term in terms:
-        result = add(result, term)
-    return result
 
 
 def link_motions(links: Links, v: Sequence[Scalar], a: Sequence[Scalar], gravity: Vec) -> list[Motion]:

@@ -11,16 +11,6 @@ from symgen.scene.joints import JOINT_TYPES
 from symgen.scene.model import GROUND, Joint, Scene
 
 
-def scene_graph(scene: Scene) -> nx.MultiDiGraph[str]:
-    """Bodies and joints as a directed multigraph; every edge carries its joint's name as key."""
-    graph: nx.MultiDiGraph[str] = nx.MultiDiGraph()
-    graph.add_node(GROUND)
-    graph.add_nodes_from(body.name for body in scene.bodies)
-    for joint in scene.joints:
-        graph.add_edge(joint.parent, joint.child, key=joint.name)
-    return graph
-
-
 def cycles(scene: Scene) -> tuple[tuple[str, ...], ...]:
     """An independent set of cycles, each as the joints along it (one per closed loop)."""
     tree, cut = spanning_tree(scene)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -131,7 +131,7 @@ def build_tree(scene: Scene) -> Tree:
                 walk.parts[home].append((body, here))
         else:
             home, here = len(walk.bodies), Transform()
-            moved = Joint(**{**joint.__dict__, "origin": origin})
+            moved = replace(joint, origin=origin)
             walk.bodies.append(TreeBody(body.name, home, parent, moved, (), q, v))
             walk.parts.append([(body, here)])
             q, v = q + JOINT_TYPES[joint.type].nq, v + JOINT_TYPES[joint.type].nv
