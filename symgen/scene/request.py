@@ -5,9 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from symgen.errors import SceneError
 from symgen.scene.canonical import with_hash
+from symgen.scene.document import clean
 from symgen.scene.model import Output, Scene
 from symgen.scene.outputs import check_outputs, frame_names
+from symgen.scene.schema import did_you_mean
+
+TARGETS = ("c", "casadi")
+"""What can be generated."""
 
 
 def request(
@@ -18,7 +24,8 @@ def request(
 ) -> Scene:
     """``scene`` with other outputs (checked against the catalogue), precision or targets; rehashed.
 
-    What is None stays as it is. Raises SceneError for an unknown output, NotSupportedError for one not available yet.
+    What is None stays as it is. Raises SceneError for an unknown output or target, NotSupportedError for an output that
+    is not available yet.
     """
     if outputs is not None:
         check_outputs(outputs, frame_names(scene), [f"output {output.name!r}" for output in outputs])
@@ -27,5 +34,10 @@ def request(
     if precision is not None:
         options = replace(options, precision=precision)
     if targets is not None:
+        for target in targets:
+            if target not in TARGETS:
+                raise SceneError(f"unknown target {clean(target)!r}{did_you_mean(target, TARGETS)}", "--target")
+        if not targets:
+            raise SceneError("no target is asked for", "--target")
         options = replace(options, targets=targets)
     return with_hash(replace(scene, options=options))

@@ -264,3 +264,11 @@ def test_a_byte_order_mark_and_windows_lines(tmp_path: Path, scene: Scene) -> No
     path = tmp_path / "dos.scene.yaml"
     path.write_bytes(b"\xef\xbb\xbf" + TEXT.replace("\n", "\r\n").encode())
     assert load(path).sha256 == scene.sha256
+
+
+def test_an_unknown_target_is_refused() -> None:
+    scene = load("examples/pendulum.scene.yaml")
+    with pytest.raises(SceneError, match="unknown target 'fortran'; known: c, casadi"):
+        request(scene, targets=("c", "fortran"))
+    with pytest.raises(SceneError, match="no target"):
+        request(scene, targets=())
