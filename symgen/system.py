@@ -140,7 +140,7 @@ def _solve(literal: Literal) -> tuple[Any, ...]:
     b = [x - y for x, y in zip(literal.state.tau, literal.bias_force(), strict=True)]
     n = len(b)
     for k in range(n):
-        if m[k][k] == 0:
+        if _known_zero(m[k][k]):
             raise SceneError(
                 f"the mass matrix is singular: no inertia moves with velocity {k}", scene.source or scene.name
             )
@@ -155,6 +155,14 @@ def _solve(literal: Literal) -> tuple[Any, ...]:
             rest = rest - m[k][j] * x[j]
         x[k] = rest / m[k][k]
     return tuple(x)
+
+
+def _known_zero(x: Any) -> bool:
+    """x == 0 where the number type can tell (CasADi expressions can not, and refuse to be asked)."""
+    try:
+        return bool(x == 0)
+    except RuntimeError:
+        return False
 
 
 def derive(scene: Scene) -> System:
