@@ -163,10 +163,12 @@ def _c_candidate(text: ReadFunction, program: Program) -> Candidate:
 
 
 def _casadi_candidate(function: casadi.Function, program: Program) -> Candidate:
-    from symgen.targets.casadi import evaluate_mod
+    from symgen.targets.casadi import evaluate_mod, listing
+
+    instructions = listing(function)
 
     def evaluate(numbers: FieldNumbers, inputs: Mapping[str, Sequence[int]]) -> Mapping[str, Sequence[int]]:
-        return evaluate_mod(function, program, numbers, inputs)
+        return evaluate_mod(function, program, numbers, inputs, instructions)
 
     return Candidate("CasADi", evaluate)
 

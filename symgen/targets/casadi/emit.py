@@ -47,8 +47,8 @@ def _matrix(port: Port, entries: tuple[Any, ...]) -> Any:
     rows, columns = matrix_shape(port)
     if not entries:
         return casadi.SX(rows, columns)
-    flat = [casadi.SX(x) for x in entries]
-    return casadi.vertcat(*(casadi.horzcat(*flat[i * columns : (i + 1) * columns]) for i in range(rows)))
+    by_columns = [entries[i * columns + j] for j in range(columns) for i in range(rows)]
+    return casadi.reshape(casadi.vertcat(*by_columns), rows, columns)
 
 
 @contextmanager

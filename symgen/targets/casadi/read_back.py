@@ -132,9 +132,12 @@ class _Machine:
             candidates[self.numbers.const(exact).x] = None
         if not candidates:
             raise CertificateError(f"the constant {value!r} of a CasADi function is not one of its program's")
-        return tuple(candidates)
+        return next(iter(candidates)) if len(candidates) == 1 else tuple(candidates)
 
     def run(self, op: int, args: Sequence[Value]) -> Value:
+        operation = self.operations.get(op)
+        if operation is not None and all(type(arg) is int for arg in args):
+            return operation(*args) % self.p
         if op == casadi.OP_SQRT:
             return _Root(self.settle(self.resolve(args[0]))[0])
         if op == casadi.OP_LT:
@@ -145,7 +148,6 @@ class _Machine:
             return _SineOfRoot(args[0].x)
         if op == casadi.OP_DIV and isinstance(args[0], _SineOfRoot) and args[1] == _Root(args[0].x):
             return self.numbers.apply("sinc_sqrt", args[0].x)
-        operation = self.operations.get(op)
         if operation is None:
             raise CertificateError(f"CasADi operation {op} is not one that symgen emits")
         results = [operation(*choice) % self.p for choice in product(*(self.resolve(arg) for arg in args))]
@@ -164,28 +166,50 @@ class _Machine:
         return int(self.small)
 
 
+Listing = Sequence[tuple[int, Sequence[int], Sequence[int], float]]
+"""The instructions of a casadi.Function: operation, where the result goes, where arguments come from, constant."""
+
+
+def listing(function: casadi.Function) -> Listing:
+    """Read once what every evaluation needs (each question to CasADi costs more than the arithmetic)."""
+    rows = []
+    for k in range(function.n_instructions()):
+        op = function.instruction_id(k)
+        constant = function.instruction_constant(k) if op == casadi.OP_CONST else 0.0
+        rows.append((op, function.instruction_output(k), function.instruction_input(k), constant))
+    return rows
+
+
 def evaluate_mod(
-    function: casadi.Function, program: Program, numbers: FieldNumbers, inputs: Mapping[str, Sequence[int]]
+    function: casadi.Function,
+    program: Program,
+    numbers: FieldNumbers,
+    inputs: Mapping[str, Sequence[int]],
+    instructions: Listing | None = None,
 ) -> dict[str, list[int]]:
-    """Outputs (flat, row-major) in GF(p) of the SX function that ``program`` became.
+    """Outputs (flat, row-major) in GF(p) of the SX function that ``program`` became. ``instructions``: its `listing`,
+    if it was read before.
 
     Raises CertificateError for arguments and results that are not the program's, for an operation or a constant that
     the program does not account for, and for a series that is not its function's.
     """
     _check_ports(function, program)
+    rows = listing(function) if instructions is None else instructions
     if any(instruction.op in ENTIRE for instruction in program.instructions):
         series = _SeriesNumbers(numbers.p, numbers.seed)
         wanted = evaluate_residues(program, series, inputs)
         right = {
             port.name: [wanted[i] for i in row] for port, row in zip(program.outputs, program.results, strict=True)
         }
-        if _run(function, program, series, inputs, wanted, True) != right:
+        if _run(rows, function.sz_w(), program, series, inputs, wanted, True) != right:
             raise CertificateError(f"{program.name}: a series of the CasADi function is not its function's")
-    return _run(function, program, numbers, inputs, evaluate_residues(program, numbers, inputs), False)
+    wanted = evaluate_residues(program, numbers, inputs)
+    return _run(rows, function.sz_w(), program, numbers, inputs, wanted, False)
 
 
 def _run(
-    function: casadi.Function,
+    rows: Listing,
+    work_size: int,
     program: Program,
     numbers: FieldNumbers,
     inputs: Mapping[str, Sequence[int]],
@@ -193,12 +217,11 @@ def _run(
     small: bool,
 ) -> dict[str, list[int]]:
     machine = _Machine(program, numbers, wanted, small)
-    work: list[Value] = [0] * function.sz_w()
+    work: list[Value] = [0] * work_size
     outputs = [[0] * port.size for port in program.outputs]
-    for k in range(function.n_instructions()):
-        op, target, source = function.instruction_id(k), function.instruction_output(k), function.instruction_input(k)
+    for op, target, source, constant in rows:
         if op == casadi.OP_CONST:
-            work[target[0]] = machine.constant(function.instruction_constant(k))
+            work[target[0]] = machine.constant(constant)
         elif op == casadi.OP_INPUT:
             port = program.inputs[source[0]]
             work[target[0]] = inputs[port.name][_row_major(port, source[1])]
