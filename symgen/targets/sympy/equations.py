@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import sympy
@@ -39,7 +40,9 @@ NAMES: dict[str, Name] = {
     "frame_pose": ("T", 0, ()),
     "integrate": ("q", 0, ("next",)),
 }
-"""How the left-hand sides are written."""
+"""How the left-hand sides are written, in the paper's letters."""
+JOINT_LETTERS = {"natural_coordinates": "x", "natural_bias_acceleration": "x"}
+"""Beside joint coordinates q, the natural coordinates are the catalogue's x."""
 
 
 def equations(system: System, names: Sequence[str], symbols: str = "joint", format: str = "text") -> str:
@@ -65,9 +68,10 @@ def equations(system: System, names: Sequence[str], symbols: str = "joint", form
 # -- joint coordinates -----------------------------------------------------------------------------------------------
 
 
-def left_side(style: Style, row: str) -> str:
+def left_side(style: Style, row: str, letters: Mapping[str, str] = MappingProxyType({})) -> str:
     row_name, frame = split_row(row)
     letter, dots, subscripts = NAMES[row_name]
+    letter = letters.get(row_name, letter)
     shape = CATALOGUE[row_name].outputs[0][1]
     return style.name((letter, dots, (*subscripts, *([frame] if frame else []))), bool(shape))
 
@@ -85,7 +89,7 @@ def _joint(system: System, row: str, style: Style) -> str:
 
 
 def _result(found: Equation, setter: Setter) -> str:
-    style, left = setter.style, left_side(setter.style, found.row)
+    style, left = setter.style, left_side(setter.style, found.row, JOINT_LETTERS)
     if isinstance(found.value, sympy.Expr):
         return style.equation(left, setter.set(found.value))
     rows = [[setter.set(found.value[i, j]) for j in range(found.value.cols)] for i in range(found.value.rows)]
