@@ -119,6 +119,7 @@ class Pinocchio:
             return inner.apply(local), np.zeros((3, self.mechanism.nv))
         placement = self.data.oMi[index + 1]
         J = np.array(self.pin.getJointJacobian(self.model, self.data, index + 1, self.pin.LOCAL_WORLD_ALIGNED))
+        J = J.reshape(6, self.mechanism.nv)  # of one joint alone it comes as six numbers
         arm = placement.rotation @ inner.apply(local)
         return placement.translation + arm, J[:3] - np.asarray(self.pin.skew(arm)) @ J[3:]
 

@@ -118,6 +118,12 @@ def sprung() -> Scene:
     return Scene("sprung", bodies, joints, forces=forces)
 
 
+def sprung_pendulum() -> Scene:
+    """One joint alone and a spring to ground: the smallest Jacobian there is."""
+    spring = Spring(("b1", GROUND), (vec(0, 0, "-4/5"), vec(1, 0, 0)), F(10), F(1, 10), F(1, 2))
+    return Scene("sprung_pendulum", (body("b1"),), (joint("j1", "revolute", GROUND, "b1", 1),), forces=(spring,))
+
+
 SINGLES = (
     "revolute",
     "continuous",

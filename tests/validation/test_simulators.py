@@ -20,7 +20,7 @@ from symgen.validation.exudyn_tree import build_exudyn_tree
 from symgen.validation.invariants import energy
 from symgen.validation.mechanism import build_mechanism, link_accelerations
 from symgen.validation.pinocchio_model import build_pinocchio
-from tests.validation.scenes import SINGLES, body, every_joint, floating_tree, single, sprung, vec
+from tests.validation.scenes import SINGLES, body, every_joint, floating_tree, single, sprung, sprung_pendulum, vec
 
 pytest.importorskip("pinocchio")
 
@@ -54,6 +54,7 @@ ALL = [
     *(floating_tree(kind) for kind in KINDS),
     every_joint(),
     sprung(),
+    sprung_pendulum(),
     cardan(),
     screw(),
 ]
