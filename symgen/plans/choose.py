@@ -96,6 +96,7 @@ def _choice(
     if family == best:
         alone = len(programs.keys() | passed.keys()) == 1
         return PlanChoice(name, counts, True, "the only plan" if alone else f"fewest operations: {explanation}")
-    more = cost(counts) / max(cost(count(programs[best])), 1)
+    own, least = cost(counts), cost(count(programs[best]))
     unweighed = ", not weighed at this size" if family in passed else ""
-    return PlanChoice(name, counts, False, f"{more:.2f} times the cost{unweighed}: {explanation}")
+    compared = f"{own / least:.2f} times the cost" if least else "the chosen one is free" if own else "free too"
+    return PlanChoice(name, counts, False, f"{compared}{unweighed}: {explanation}")

@@ -207,7 +207,9 @@ def plans(rows: Sequence[Mapping[str, Any]]) -> Table:
     return Table("Operations of every plan", header, tuple(body), frozenset(range(2, 8)))
 
 
-_EXPLAINED = re.compile(r"(?P<why>fewest operations|[\d.]+ times the cost): (?P<plan>.*)")
+_EXPLAINED = re.compile(
+    r"(?P<why>fewest operations|[\d.]+ times the cost|the chosen one is free|free too): (?P<plan>.*)"
+)
 
 
 def _why(row: Mapping[str, Any]) -> str:

@@ -40,6 +40,13 @@ def test_the_cheapest_plan_is_chosen_and_the_choice_explained(robot: tuple[str, 
             assert choice.counts is None or cost(choice.counts) >= cost(chosen.counts)
 
 
+def test_nothing_is_a_multiple_of_no_cost() -> None:
+    system = derive(load("examples/free_body.scene.yaml"))
+    whys = {choice.plan: choice.why for choice in system.plans("gravity_force")}
+    assert not any("times" in why for why in whys.values())
+    assert any(why.startswith("free too: ") for why in whys.values())
+
+
 def test_long_chains_go_to_articulated_bodies_without_counting_what_cannot_win() -> None:
     system = derive(chain(40))
     choices = {choice.plan: choice for choice in system.plans("forward_dynamics", every=False)}
