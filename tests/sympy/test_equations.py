@@ -24,6 +24,7 @@ from symgen.targets.sympy.setting import Setter, decimal
 from symgen.targets.sympy.styles import STYLES, parsed
 from tests.conftest import Golden
 from tests.sympy.evaluate import value_of_mathml, value_of_text
+from tests.validation.scenes import sprung_pendulum
 
 ROOT = Path(__file__).parents[2]
 GOLDEN = Path(__file__).parent / "golden"
@@ -93,6 +94,12 @@ def test_definitions_carry_a_large_row() -> None:
 def test_symmetric_matrices_list_half() -> None:
     text = equations(example("ur5"), ("mass_matrix",))
     assert "[1,2]" in text and "[2,1]" not in text and "symmetric" in text
+
+
+def test_nothing_is_said_of_entries_left_out_where_there_are_none() -> None:
+    printed = equations(derive(sprung_pendulum()), ["bias_force"])
+    assert printed.startswith("h[1] = ")
+    assert "not listed" not in printed
 
 
 def test_what_cannot_be_printed_is_said() -> None:

@@ -107,7 +107,7 @@ def _width(rows: Sequence[Sequence[str]]) -> int:
 def _listed(left: str, rows: Sequence[Sequence[str]]) -> str:
     """Entry by entry, zeros left out; of a symmetric matrix the upper triangle."""
     size = len(rows)
-    symmetric = size == len(rows[0]) and all(rows[i][j] == rows[j][i] for i in range(size) for j in range(i))
+    symmetric = size == len(rows[0]) > 1 and all(rows[i][j] == rows[j][i] for i in range(size) for j in range(i))
     lines = []
     for i, row in enumerate(rows):
         for j, entry in enumerate(row):
@@ -115,6 +115,8 @@ def _listed(left: str, rows: Sequence[Sequence[str]]) -> str:
                 continue
             place = f"{i + 1}" if len(row) == 1 else f"{i + 1},{j + 1}"
             lines.append(f"{left}[{place}] = {entry}")
+    if len(lines) == size * len(rows[0]):
+        return "\n".join(lines)
     rest = "entries not listed are zero" + (", the matrix is symmetric" if symmetric else "")
     return "\n".join([*lines, f"({rest})"])
 
