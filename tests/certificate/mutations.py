@@ -43,11 +43,19 @@ def _swap(text: str, match: re.Match[str], new: str) -> str:
 
 
 def constant_digits(text: str) -> Iterator[Mutation]:
-    """The last digit of every constant: in the code and in the table of constants."""
-    for match in re.finditer(r"(static const double \w+ = -?\d\S*?)(\d)((?:e[-+]?\d+)?;)", text):
-        yield "table constant, last digit", _swap(text, match, match[1] + str((int(match[2]) + 1) % 10) + match[3])
+    """A digit of every constant: in the code, and in the table of constants the last one that a double holds."""
+    for match in re.finditer(r"static const double \w+ = (-?\d[^;]*);", text):
+        if (other := _neighbour(match[1])) is not None:
+            yield "table constant, last digit", _swap(text, match, match[0].replace(match[1], other))
     for match in _sites(text, r"(?<![\w.])\d+\.\d+(?:e[-+]?\d+)?"):
         yield "inline constant, digit added", _swap(text, match, _more(match[0]))
+
+
+def _neighbour(number: str) -> str | None:
+    """The literal with its last digit changed so that the double changes; None where 17 digits say more than that."""
+    mantissa, e, exponent = number.partition("e")
+    others = (f"{mantissa[:-1]}{(int(mantissa[-1]) + step) % 10}{e}{exponent}" for step in (1, 5, 9))
+    return next((other for other in others if float(other) != float(number)), None)
 
 
 def _more(number: str) -> str:

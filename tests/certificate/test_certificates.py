@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from fractions import Fraction as F
 from pathlib import Path
@@ -21,17 +20,10 @@ from symgen.program.instructions import Program
 from symgen.scene.load import load
 from symgen.system import System, derive
 from symgen.targets.casadi import casadi_function
-from tests.certificate.mutations import Bench, Mutation
+from tests.certificate.mutations import Bench
 
 EXAMPLES = sorted(Path("examples").glob("*.scene.yaml"))
 ROWS = ("mass_matrix", "bias_force", "forward_dynamics", "velocity_transformation")
-
-
-def same_number(mutation: Mutation, source: str) -> bool:
-    """True when only a digit changed that the double does not hold (17 digits say more than a double)."""
-    pattern = re.compile(r"static const double (\w+) = (\S+);")
-    before, after = dict(pattern.findall(source)), dict(pattern.findall(mutation[1]))
-    return mutation[0].startswith("table") and all(float(before[name]) == float(after[name]) for name in before)
 
 
 @pytest.mark.parametrize("scene", ["double_pendulum", "fig1", "spinning_top"])
@@ -40,7 +32,7 @@ def test_mutations_of_emitted_c_are_refused(scene: str) -> None:
     assert bench.accepts(bench.source)
     made, survived = bench.survivors(12)
     assert len(made) >= 7 and sum(made.values()) > 60
-    assert [m[0] for m in survived if not same_number(m, bench.source)] == []
+    assert [kind for kind, _ in survived] == []
 
 
 @pytest.fixture(scope="module")
