@@ -72,6 +72,26 @@ def test_the_scene_reference_is_true(tmp_path: Path) -> None:
     assert run(f"python {SCRIPT}", tmp_path) == "[[0.4]]\n"
 
 
+def test_the_page_on_use_is_true(tmp_path: Path) -> None:
+    """Its scene is generated, its C compiled and run, its Python run; what they print stands on the page."""
+    text = (ROOT / "docs/use.md").read_text("utf-8")
+    blocks = [(match.group(1), match.group(2)) for match in BLOCK.finditer(text)]
+    (scene,) = (body for kind, body in blocks if kind == "yaml")
+    (program,) = (body for kind, body in blocks if kind == "c")
+    (console,) = (body for kind, body in blocks if kind == "console")
+    compile_it, run_it, printed = console.splitlines()
+    (tmp_path / "crane.scene.yaml").write_text(scene)
+    (tmp_path / "swing.c").write_text(program)
+    (tmp_path / SCRIPT).write_text("".join(body for kind, body in blocks if kind == "python"))
+    run("symgen generate crane.scene.yaml -o crane", tmp_path)
+    subprocess.run([*compile_it.split()[1:], "-Wall", "-Wextra", "-Werror"], cwd=tmp_path, check=True)
+    swung = subprocess.run([tmp_path / run_it.split()[1]], capture_output=True, encoding="utf-8", check=True)
+    assert swung.stdout == f"{printed}\n"
+    first, second, *_ = run(f"python {SCRIPT}", tmp_path).splitlines()
+    assert f"prints `{first}`" in text
+    assert second.endswith("(2, 4)")
+
+
 @pytest.mark.parametrize("page", [README, *sorted((ROOT / "docs").glob("*.md"))], ids=lambda page: page.name)
 def test_links_lead_somewhere(page: Path) -> None:
     for target in re.findall(r"\]\(([^)#]+)", page.read_text(encoding="utf-8")):
