@@ -103,7 +103,7 @@ def parse_yaml(text: str, file: str) -> Document:
         events = yaml.parse(text, Loader=loader)
         data = _Composer(events, document).document()
     except yaml.YAMLError as error:
-        raise SceneError(_yaml_problem(error), f"{file}:{_yaml_line(error)}") from None
+        raise SceneError(_yaml_problem(error, text), f"{file}:{_yaml_line(error)}") from None
     return Document(data, file, document.lines)
 
 
@@ -112,9 +112,10 @@ def _yaml_line(error: yaml.YAMLError) -> int:
     return int(mark.line) + 1 if mark else 1
 
 
-def _yaml_problem(error: yaml.YAMLError) -> str:
+def _yaml_problem(error: yaml.YAMLError, text: str) -> str:
     problem = getattr(error, "problem", None) or str(error)
-    if "cannot start any token" in problem and "\\t" in problem:
+    mark = getattr(error, "problem_mark", None)
+    if "cannot start any token" in problem and mark and text.split("\n")[mark.line][mark.column :].startswith("\t"):
         problem = "a tab is used for indentation; use spaces"
     return f"not valid YAML: {clean(problem, 100)}"
 

@@ -163,6 +163,7 @@ EDITS: dict[str, tuple[str, str, str]] = {
     "merge key": ("mass: 0.8", "<<: {mass: 0.8}", ":6: bodies[1]: the merge key << is not read"),
     "two documents": ("gravity:", "---\ngravity:", "a second YAML document starts here"),
     "tab": ("    mass: 0.8", "\tmass: 0.8", "not valid YAML"),
+    "tab before a list": ("bodies:\n  - {name: link1,", "bodies:\n\t- {name: link1,", "a tab is used for indentation"),
     "unclosed": ("[0, 0, -9.81]", "[0, 0, -9.81", "not valid YAML"),
     "list as key": ("mass: 0.8", "[a, b]: 0.8", "a key must be a plain word"),
     "control character": ("name: good", "name: go\x00od", ":1: contains the control character U+0000"),
