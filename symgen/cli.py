@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from symgen.errors import SymgenError
 from symgen.version import VERSION
@@ -80,6 +81,12 @@ def requested(path: str, outputs: str | None, targets: tuple[str, ...] | None, p
     return request(load_scene(path), wanted, precision, targets)
 
 
+def _given(*parameters: str) -> bool:
+    """Whether any of these is on the command line."""
+    context = click.get_current_context()
+    return any(context.get_parameter_source(name) is ParameterSource.COMMANDLINE for name in parameters)
+
+
 scene_argument = click.argument("scene", metavar="SCENE")
 json_option = click.option("--json", "as_json", is_flag=True, help="Print a machine-readable result.")
 outputs_option = click.option(
@@ -132,6 +139,8 @@ def show(
         scene, equations = equations, ""
     if scene is None:
         raise click.UsageError("Missing argument 'SCENE'.")
+    if equations is None and _given("style", "symbols"):
+        raise click.UsageError("--format and --symbols are about --equations")
     loaded = requested(scene, outputs, None, None)
     if equations is not None:
         names = tuple(part.strip() for part in equations.split(",") if part.strip())

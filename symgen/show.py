@@ -7,11 +7,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from symgen.catalogue import CATALOGUE
-from symgen.errors import NotSupportedError
+from symgen.catalogue import CATALOGUE, split_row
+from symgen.errors import NotSupportedError, SceneError
+from symgen.scene.document import clean
 from symgen.scene.joints import JOINT_TYPES
 from symgen.scene.model import GROUND, Joint, Scene
 from symgen.scene.outputs import function_name
+from symgen.scene.schema import did_you_mean
 from symgen.topology.graph import cycles
 from symgen.topology.tree import Tree, TreeBody
 
@@ -243,9 +245,16 @@ EQUATIONS = ("natural_coordinates", "velocity_transformation", "mass_matrix", "b
 PAPER_EQUATIONS = ("velocity_transformation", "velocity_transformation_rate")
 
 
-def equation_row(name: str) -> str:
-    """A catalogue row by its own name or by that of its output: ``R``, ``Rdot``, ``M``, ``Psi``, …"""
+def equation_row(name: str, outputs: Iterable[str]) -> str:
+    """A catalogue row by its own name or by that of its output: ``R``, ``Rdot``, ``M``, ``Psi``; or one of ``outputs``.
+
+    Raises SceneError for what is none of these.
+    """
     by_output = {output: row for row, facts in CATALOGUE.items() for output, _, _ in facts.outputs}
+    known = [*CATALOGUE, *by_output, *outputs]
+    if name not in known and split_row(name)[0] not in CATALOGUE:
+        meant = did_you_mean(name, known) or f"; known: {', '.join(by_output)} and the names of outputs"
+        raise SceneError(f"unknown equation {clean(name)!r}{meant}", "--equations")
     return by_output.get(name, name)
 
 
@@ -256,7 +265,9 @@ def equations(scene: Scene, names: Sequence[str], symbols: str, style: str) -> d
     system, refusal = _derived(scene)
     if refusal:
         raise NotSupportedError(refusal)
-    wanted = [equation_row(name) for name in names] or (PAPER_EQUATIONS if symbols == "paper" else EQUATIONS)
+    asked = [output.name for output in system.outputs]
+    usual = PAPER_EQUATIONS if symbols == "paper" else EQUATIONS
+    wanted = [equation_row(name, asked) for name in names] or usual
     return {row: written(system, (row,), symbols=symbols, format=style) for row in wanted}
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from symgen.natural.layout import NaturalCoordinates
 from symgen.plans.choose import PlanChoice, choose
 from symgen.plans.walk import Lowered, lowered
 from symgen.program.instructions import Program
+from symgen.scene.load import load
 from symgen.scene.model import Output, Scene
 from symgen.scene.outputs import DEFAULT_OUTPUTS, check_row
 from symgen.topology.graph import cycles
@@ -28,7 +30,7 @@ if TYPE_CHECKING:
     import casadi
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class System:
     """What `derive` makes of a scene. Functions are derived when asked for, and kept."""
 
@@ -38,6 +40,10 @@ class System:
     _chosen: dict[tuple[Output, bool], tuple[Program, tuple[PlanChoice, ...]]] = field(
         default_factory=dict, repr=False, compare=False
     )
+
+    def __repr__(self) -> str:
+        sizes = f"nq = {self.tree.nq}, nv = {self.tree.nv}, nn = {self.natural.nn}, nc = {self.natural.nc}"
+        return f"<System {self.scene.name}: {len(self.tree.bodies)} moving bodies, {sizes}>"
 
     @property
     def path_matrix(self) -> NDArray[np.int64]:
@@ -165,7 +171,8 @@ def _known_zero(x: Any) -> bool:
         return False
 
 
-def derive(scene: Scene) -> System:
-    """Order the tree and choose natural coordinates. Functions follow when asked for."""
+def derive(scene: Scene | str | Path) -> System:
+    """Order the tree and choose natural coordinates of a scene or its file. Functions follow when asked for."""
+    scene = load(scene) if isinstance(scene, str | Path) else scene
     tree = build_tree(scene)
     return System(scene, tree, choose_coordinates(tree))

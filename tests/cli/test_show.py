@@ -93,3 +93,16 @@ def test_table_aligns_combining_and_wide_characters() -> None:
         "x\u0307    1",
         "日  22",
     ]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"), [("Q", "unknown equation 'Q'; known: x, Mn, "), ("mass_matri", "did you mean 'mass_matrix'?")]
+)
+def test_an_unknown_equation_names_the_known(wrong: str, said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(["show", example("pendulum"), "--equations", wrong]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_a_system_derives_from_a_file_and_is_shown_in_a_line() -> None:
+    system = derive(example("cart_pole"))
+    assert repr(system) == "<System cart_pole: 2 moving bodies, nq = 2, nv = 2, nn = 6, nc = 4>"

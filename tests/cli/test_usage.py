@@ -48,6 +48,8 @@ def start(*arguments: str, **environment: str) -> subprocess.Popen[str]:
         (["nonsense"], "No such command 'nonsense'"),
         (["show"], "Missing argument 'SCENE'"),
         (["show", "x", "--format", "pdf"], "'pdf' is not one of"),
+        (["show", "x", "--format", "latex"], "are about --equations"),
+        (["show", "x", "--symbols", "paper"], "are about --equations"),
         (["generate", "x"], "Missing option '-o'"),
         (["generate", "x", "-o", "y", "--target", ","], "the list is empty"),
         (["validate", "x", "--states", "0"], "0 is not in the range"),
