@@ -186,7 +186,8 @@ def as_text(scene: Scene) -> str:
     tree, natural = system.tree, system.natural
     sizes = (
         f"{len(tree.bodies)} moving bod{'y' if len(tree.bodies) == 1 else 'ies'}, nq = {tree.nq}, nv = {tree.nv}, "
-        f"nn = {natural.nn} natural coordinates{' (planar)' if natural.plane else ''}, nc = {natural.nc} constraints"
+        f"nn = {natural.nn} natural coordinates{' (planar)' if natural.plane else ''}, nc = {natural.nc} constraint"
+        f"{'' if natural.nc == 1 else 's'}"
     )
     notes = [*scene.notes, *([refusal] if refusal else [])]
     sections = [

@@ -229,8 +229,9 @@ def _natural(system: System) -> dict[str, object]:
     plane = " The mechanism is planar: points have two coordinates." if natural.plane is not None else ""
     equal = "equal to" if nullity == nv else "not equal to"
     freedom = "degrees of freedom" if not system.tree.cut_joints else "velocities of the open tree"
+    constraints = f"{natural.nc} constraint{'' if natural.nc == 1 else 's'}"
     sentence = Markup(
-        f"{natural.nn} natural coordinates x satisfy {natural.nc} constraints Ψ(x) = 0. The Jacobian Ψ<sub>q</sub> "
+        f"{natural.nn} natural coordinates x satisfy {constraints} Ψ(x) = 0. The Jacobian Ψ<sub>q</sub> "
         f"has rank {rank} at a random configuration (exact, in a prime field), so its nullity is "
         f"{natural.nn} − {rank} = {nullity}, {equal} the number of {freedom}, {nv}.{plane}"
     )

@@ -106,3 +106,10 @@ def test_an_unknown_equation_names_the_known(wrong: str, said: str, capsys: pyte
 def test_a_system_derives_from_a_file_and_is_shown_in_a_line() -> None:
     system = derive(example("cart_pole"))
     assert repr(system) == "<System cart_pole: 2 moving bodies, nq = 2, nv = 2, nn = 6, nc = 4>"
+
+
+def test_one_constraint_is_singular(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(["show", example("pendulum")]) == 0
+    assert capsys.readouterr().out.startswith(
+        "pendulum: 1 moving body, nq = 1, nv = 1, nn = 2 natural coordinates (planar), nc = 1 constraint\n"
+    )
