@@ -53,11 +53,11 @@ CATALOGUE: dict[str, Row] = {
         ("q",), (("x", ("nn",), "m or 1"),), "basic points and unit vectors, ground axes", _one("natural_coordinates")
     ),
     "natural_mass_matrix": Row(
-        (), (("Mn", ("nn", "nn"), MIXED),), "M, constant mass matrix of the natural coordinates",
+        (), (("Mn", ("nn", "nn"), MIXED),), "constant mass matrix of the natural coordinates",
         _one("natural_mass_matrix"),
     ),
     "constraints": Row(
-        ("q",), (("Psi", ("nc",), MIXED),), "Psi(x), zero on every configuration", _one("constraints")
+        ("q",), (("Psi", ("nc",), MIXED),), "constraints at x(q), zero on every configuration", _one("constraints")
     ),
     "constraint_jacobian": Row(
         ("q",), (("Psi_q", ("nc", "nn"), MIXED),), "Jacobian of Psi with respect to x", _one("constraint_jacobian")
@@ -72,9 +72,9 @@ CATALOGUE: dict[str, Row] = {
         ("q", "v"), (("xddot_bias", ("nn",), MIXED),), "(dR/dt) v, natural accelerations at zero joint acceleration",
         _one("natural_bias_acceleration"),
     ),
-    "mass_matrix": Row(("q",), (("M", ("nv", "nv"), MIXED),), "R^T M R, full symmetric", _one("mass_matrix")),
+    "mass_matrix": Row(("q",), (("M", ("nv", "nv"), MIXED),), "R^T Mn R, full symmetric", _one("mass_matrix")),
     "coriolis_matrix": Row(
-        ("q", "v"), (("C", ("nv", "nv"), MIXED),), "R^T M dR/dt", _one("coriolis_matrix")
+        ("q", "v"), (("C", ("nv", "nv"), MIXED),), "R^T Mn dR/dt", _one("coriolis_matrix")
     ),
     "gravity_force": Row(("q",), (("g", ("nv",), "N or N.m"),), "gravity, left-hand side", _one("gravity_force")),
     "passive_force": Row(
@@ -88,7 +88,8 @@ CATALOGUE: dict[str, Row] = {
         ("q", "v", "a"), (("tau", ("nv",), "N or N.m"),), "mass_matrix a + bias_force", _one("inverse_dynamics")
     ),
     "forward_dynamics": Row(
-        ("q", "v", "tau"), (("a", ("nv",), "m/s^2 or rad/s^2"),), "a with mass_matrix a + bias_force = tau", None
+        ("q", "v", "tau"), (("a", ("nv",), "m/s^2 or rad/s^2"),),
+        "accelerations that solve mass_matrix a + bias_force = tau", None,
     ),
     "kinetic_energy": Row(("q", "v"), (("T", (), "J"),), "kinetic energy", _one("kinetic_energy")),
     "potential_energy": Row(

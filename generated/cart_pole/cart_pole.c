@@ -169,7 +169,7 @@ void cart_pole_natural_coordinates(const double q[2], double x[6])
 }
 
 /*
- * natural_mass_matrix: Mn = M, constant mass matrix of the natural coordinates
+ * natural_mass_matrix: Mn = constant mass matrix of the natural coordinates
  * From nothing to Mn (6 x 6, SI).
  * Plan: literal. Operations: none.
  */
@@ -184,7 +184,7 @@ void cart_pole_natural_mass_matrix(double Mn[36])
 }
 
 /*
- * constraints: Psi = Psi(x), zero on every configuration
+ * constraints: Psi = constraints at x(q), zero on every configuration
  * From q (2, m or rad) to Psi (4, SI).
  * Plan: literal. Operations: 10 add, 9 mul, 1 sincos.
  */
@@ -295,7 +295,7 @@ void cart_pole_natural_bias_acceleration(const double q[2], const double v[2], d
 }
 
 /*
- * mass_matrix: M = R^T M R, full symmetric
+ * mass_matrix: M = R^T Mn R, full symmetric
  * From q (2, m or rad) to M (2 x 2, SI).
  * Plan: composite. Operations: 1 mul, 1 sincos.
  */
@@ -312,7 +312,7 @@ void cart_pole_mass_matrix(const double q[2], double M[4])
 }
 
 /*
- * coriolis_matrix: C = R^T M dR/dt
+ * coriolis_matrix: C = R^T Mn dR/dt
  * From q (2, m or rad), v (2, m/s or rad/s) to C (2 x 2, SI).
  * Plan: composite. Operations: 1 add, 2 mul, 1 sincos.
  */
@@ -383,7 +383,7 @@ void cart_pole_inverse_dynamics(const double q[2], const double v[2], const doub
 }
 
 /*
- * forward_dynamics: a = a with mass_matrix a + bias_force = tau
+ * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (2, m or rad), v (2, m/s or rad/s), tau (2, N or N.m) to a (2, m/s^2 or rad/s^2).
  * Plan: factored. Operations: 5 add, 11 mul, 1 div, 1 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.

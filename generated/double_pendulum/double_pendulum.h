@@ -27,14 +27,14 @@ extern "C" {
 void double_pendulum_natural_coordinates(const double q[2], double x[4]);
 
 /*
- * natural_mass_matrix: Mn = M, constant mass matrix of the natural coordinates
+ * natural_mass_matrix: Mn = constant mass matrix of the natural coordinates
  * From nothing to Mn (4 x 4, SI).
  * Plan: literal. Operations: none.
  */
 void double_pendulum_natural_mass_matrix(double Mn[16]);
 
 /*
- * constraints: Psi = Psi(x), zero on every configuration
+ * constraints: Psi = constraints at x(q), zero on every configuration
  * From q (2, m or rad) to Psi (2, SI).
  * Plan: literal. Operations: 12 add, 14 mul, 2 sincos.
  */
@@ -70,14 +70,14 @@ void double_pendulum_velocity_transformation_rate(const double q[2], const doubl
 void double_pendulum_natural_bias_acceleration(const double q[2], const double v[2], double xddot_bias[4]);
 
 /*
- * mass_matrix: M = R^T M R, full symmetric
+ * mass_matrix: M = R^T Mn R, full symmetric
  * From q (2, m or rad) to M (2 x 2, SI).
  * Plan: composite. Operations: 2 add, 2 mul, 1 sincos.
  */
 void double_pendulum_mass_matrix(const double q[2], double M[4]);
 
 /*
- * coriolis_matrix: C = R^T M dR/dt
+ * coriolis_matrix: C = R^T Mn dR/dt
  * From q (2, m or rad), v (2, m/s or rad/s) to C (2 x 2, SI).
  * Plan: composite. Operations: 7 add, 13 mul, 1 sincos.
  */
@@ -112,7 +112,7 @@ void double_pendulum_bias_force(const double q[2], const double v[2], double h[2
 void double_pendulum_inverse_dynamics(const double q[2], const double v[2], const double a[2], double tau[2]);
 
 /*
- * forward_dynamics: a = a with mass_matrix a + bias_force = tau
+ * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (2, m or rad), v (2, m/s or rad/s), tau (2, N or N.m) to a (2, m/s^2 or rad/s^2).
  * Plan: factored. Operations: 12 add, 18 mul, 1 div, 2 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.

@@ -503,7 +503,7 @@ void fig1_natural_coordinates(const double q[4], double x[27])
 }
 
 /*
- * natural_mass_matrix: Mn = M, constant mass matrix of the natural coordinates
+ * natural_mass_matrix: Mn = constant mass matrix of the natural coordinates
  * From nothing to Mn (27 x 27, SI).
  * Plan: literal. Operations: none.
  */
@@ -634,7 +634,7 @@ void fig1_natural_mass_matrix(double Mn[729])
 }
 
 /*
- * constraints: Psi = Psi(x), zero on every configuration
+ * constraints: Psi = constraints at x(q), zero on every configuration
  * From q (4, m or rad) to Psi (23, SI).
  * Plan: literal. Operations: 395 add, 527 mul, 3 sincos.
  */
@@ -2128,7 +2128,7 @@ void fig1_natural_bias_acceleration(const double q[4], const double v[4], double
 }
 
 /*
- * mass_matrix: M = R^T M R, full symmetric
+ * mass_matrix: M = R^T Mn R, full symmetric
  * From q (4, m or rad) to M (4 x 4, SI).
  * Plan: composite. Operations: 218 add, 277 mul, 2 sincos.
  */
@@ -2272,7 +2272,7 @@ void fig1_mass_matrix(const double q[4], double M[16])
 }
 
 /*
- * coriolis_matrix: C = R^T M dR/dt
+ * coriolis_matrix: C = R^T Mn dR/dt
  * From q (4, m or rad), v (4, m/s or rad/s) to C (4 x 4, SI).
  * Plan: composite. Operations: 560 add, 726 mul, 2 sincos.
  */
@@ -2973,7 +2973,7 @@ void fig1_inverse_dynamics(const double q[4], const double v[4], const double a[
 }
 
 /*
- * forward_dynamics: a = a with mass_matrix a + bias_force = tau
+ * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (4, m or rad), v (4, m/s or rad/s), tau (4, N or N.m) to a (4, m/s^2 or rad/s^2).
  * Plan: factored. Operations: 438 add, 542 mul, 3 div, 3 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.

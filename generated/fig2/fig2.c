@@ -664,7 +664,7 @@ void fig2_natural_coordinates(const double q[11], double x[45])
 }
 
 /*
- * natural_mass_matrix: Mn = M, constant mass matrix of the natural coordinates
+ * natural_mass_matrix: Mn = constant mass matrix of the natural coordinates
  * From nothing to Mn (45 x 45, SI).
  * Plan: literal. Operations: none.
  */
@@ -1011,7 +1011,7 @@ void fig2_natural_mass_matrix(double Mn[2025])
 }
 
 /*
- * constraints: Psi = Psi(x), zero on every configuration
+ * constraints: Psi = constraints at x(q), zero on every configuration
  * From q (11, m or rad) to Psi (35, SI).
  * Plan: literal. Operations: 502 add, 656 mul, 1 div, 3 sincos.
  */
@@ -3314,7 +3314,7 @@ void fig2_natural_bias_acceleration(const double q[11], const double v[10], doub
 }
 
 /*
- * mass_matrix: M = R^T M R, full symmetric
+ * mass_matrix: M = R^T Mn R, full symmetric
  * From q (11, m or rad) to M (10 x 10, SI).
  * Plan: composite. Operations: 426 add, 525 mul, 1 div, 3 sincos.
  */
@@ -3652,7 +3652,7 @@ void fig2_mass_matrix(const double q[11], double M[100])
 }
 
 /*
- * coriolis_matrix: C = R^T M dR/dt
+ * coriolis_matrix: C = R^T Mn dR/dt
  * From q (11, m or rad), v (10, m/s or rad/s) to C (10 x 10, SI).
  * Plan: composite. Operations: 1100 add, 1402 mul, 1 div, 3 sincos.
  */
@@ -4881,7 +4881,7 @@ void fig2_inverse_dynamics(const double q[11], const double v[10], const double 
 }
 
 /*
- * forward_dynamics: a = a with mass_matrix a + bias_force = tau
+ * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (11, m or rad), v (10, m/s or rad/s), tau (10, N or N.m) to a (10, m/s^2 or rad/s^2).
  * Plan: factored. Operations: 982 add, 1195 mul, 9 div, 3 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.

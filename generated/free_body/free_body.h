@@ -27,14 +27,14 @@ extern "C" {
 void free_body_natural_coordinates(const double q[7], double x[12]);
 
 /*
- * natural_mass_matrix: Mn = M, constant mass matrix of the natural coordinates
+ * natural_mass_matrix: Mn = constant mass matrix of the natural coordinates
  * From nothing to Mn (12 x 12, SI).
  * Plan: literal. Operations: none.
  */
 void free_body_natural_mass_matrix(double Mn[144]);
 
 /*
- * constraints: Psi = Psi(x), zero on every configuration
+ * constraints: Psi = constraints at x(q), zero on every configuration
  * From q (7, m or rad) to Psi (6, SI).
  * Plan: literal. Operations: 30 add, 34 mul, 1 div.
  */
@@ -70,14 +70,14 @@ void free_body_velocity_transformation_rate(const double q[7], const double v[6]
 void free_body_natural_bias_acceleration(const double q[7], const double v[6], double xddot_bias[12]);
 
 /*
- * mass_matrix: M = R^T M R, full symmetric
+ * mass_matrix: M = R^T Mn R, full symmetric
  * From q (7, m or rad) to M (6 x 6, SI).
  * Plan: composite. Operations: 23 add, 31 mul, 1 div.
  */
 void free_body_mass_matrix(const double q[7], double M[36]);
 
 /*
- * coriolis_matrix: C = R^T M dR/dt
+ * coriolis_matrix: C = R^T Mn dR/dt
  * From q (7, m or rad), v (6, m/s or rad/s) to C (6 x 6, SI).
  * Plan: literal. Operations: 38 add, 49 mul, 1 div.
  */
@@ -112,7 +112,7 @@ void free_body_bias_force(const double q[7], const double v[6], double h[6]);
 void free_body_inverse_dynamics(const double q[7], const double v[6], const double a[6], double tau[6]);
 
 /*
- * forward_dynamics: a = a with mass_matrix a + bias_force = tau
+ * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (7, m or rad), v (6, m/s or rad/s), tau (6, N or N.m) to a (6, m/s^2 or rad/s^2).
  * Plan: articulated. Operations: 54 add, 76 mul, 1 div.
  */

@@ -27,14 +27,14 @@ extern "C" {
 void panda_natural_coordinates(const double q[7], double x[45]);
 
 /*
- * natural_mass_matrix: Mn = M, constant mass matrix of the natural coordinates
+ * natural_mass_matrix: Mn = constant mass matrix of the natural coordinates
  * From nothing to Mn (45 x 45, SI).
  * Plan: literal. Operations: none.
  */
 void panda_natural_mass_matrix(double Mn[2025]);
 
 /*
- * constraints: Psi = Psi(x), zero on every configuration
+ * constraints: Psi = constraints at x(q), zero on every configuration
  * From q (7, m or rad) to Psi (38, SI).
  * Plan: literal. Operations: 151 add, 203 mul, 7 sincos.
  */
@@ -70,14 +70,14 @@ void panda_velocity_transformation_rate(const double q[7], const double v[7], do
 void panda_natural_bias_acceleration(const double q[7], const double v[7], double xddot_bias[45]);
 
 /*
- * mass_matrix: M = R^T M R, full symmetric
+ * mass_matrix: M = R^T Mn R, full symmetric
  * From q (7, m or rad) to M (7 x 7, SI).
  * Plan: composite. Operations: 169 add, 187 mul, 6 sincos.
  */
 void panda_mass_matrix(const double q[7], double M[49]);
 
 /*
- * coriolis_matrix: C = R^T M dR/dt
+ * coriolis_matrix: C = R^T Mn dR/dt
  * From q (7, m or rad), v (7, m/s or rad/s) to C (7 x 7, SI).
  * Plan: composite. Operations: 810 add, 1042 mul, 6 sincos.
  */
@@ -112,7 +112,7 @@ void panda_bias_force(const double q[7], const double v[7], double h[7]);
 void panda_inverse_dynamics(const double q[7], const double v[7], const double a[7], double tau[7]);
 
 /*
- * forward_dynamics: a = a with mass_matrix a + bias_force = tau
+ * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (7, m or rad), v (7, m/s or rad/s), tau (7, N or N.m) to a (7, m/s^2 or rad/s^2).
  * Plan: factored. Operations: 540 add, 620 mul, 6 div, 6 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.

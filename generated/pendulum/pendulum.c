@@ -164,7 +164,7 @@ void pendulum_natural_coordinates(const double q[1], double x[2])
 }
 
 /*
- * natural_mass_matrix: Mn = M, constant mass matrix of the natural coordinates
+ * natural_mass_matrix: Mn = constant mass matrix of the natural coordinates
  * From nothing to Mn (2 x 2, SI).
  * Plan: literal. Operations: none.
  */
@@ -177,7 +177,7 @@ void pendulum_natural_mass_matrix(double Mn[4])
 }
 
 /*
- * constraints: Psi = Psi(x), zero on every configuration
+ * constraints: Psi = constraints at x(q), zero on every configuration
  * From q (1, m or rad) to Psi (1, SI).
  * Plan: literal. Operations: 2 add, 4 mul, 1 sincos.
  */
@@ -244,7 +244,7 @@ void pendulum_natural_bias_acceleration(const double q[1], const double v[1], do
 }
 
 /*
- * mass_matrix: M = R^T M R, full symmetric
+ * mass_matrix: M = R^T Mn R, full symmetric
  * From q (1, m or rad) to M (1 x 1, SI).
  * Plan: composite. Operations: none.
  */
@@ -255,7 +255,7 @@ void pendulum_mass_matrix(const double q[1], double M[1])
 }
 
 /*
- * coriolis_matrix: C = R^T M dR/dt
+ * coriolis_matrix: C = R^T Mn dR/dt
  * From q (1, m or rad), v (1, m/s or rad/s) to C (1 x 1, SI).
  * Plan: composite. Operations: none.
  */
@@ -317,7 +317,7 @@ void pendulum_inverse_dynamics(const double q[1], const double v[1], const doubl
 }
 
 /*
- * forward_dynamics: a = a with mass_matrix a + bias_force = tau
+ * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (1, m or rad), v (1, m/s or rad/s), tau (1, N or N.m) to a (1, m/s^2 or rad/s^2).
  * Plan: factored. Operations: 1 add, 2 mul, 1 sincos.
  */

@@ -27,14 +27,14 @@ extern "C" {
 void screw_drive_natural_coordinates(const double q[1], double x[10]);
 
 /*
- * natural_mass_matrix: Mn = M, constant mass matrix of the natural coordinates
+ * natural_mass_matrix: Mn = constant mass matrix of the natural coordinates
  * From nothing to Mn (10 x 10, SI).
  * Plan: literal. Operations: none.
  */
 void screw_drive_natural_mass_matrix(double Mn[100]);
 
 /*
- * constraints: Psi = Psi(x), zero on every configuration
+ * constraints: Psi = constraints at x(q), zero on every configuration
  * From q (1, m or rad) to Psi (9, SI).
  * Plan: literal. Operations: 2 add, 2 mul, 1 sincos.
  */
@@ -70,14 +70,14 @@ void screw_drive_velocity_transformation_rate(const double q[1], const double v[
 void screw_drive_natural_bias_acceleration(const double q[1], const double v[1], double xddot_bias[10]);
 
 /*
- * mass_matrix: M = R^T M R, full symmetric
+ * mass_matrix: M = R^T Mn R, full symmetric
  * From q (1, m or rad) to M (1 x 1, SI).
  * Plan: composite. Operations: none.
  */
 void screw_drive_mass_matrix(const double q[1], double M[1]);
 
 /*
- * coriolis_matrix: C = R^T M dR/dt
+ * coriolis_matrix: C = R^T Mn dR/dt
  * From q (1, m or rad), v (1, m/s or rad/s) to C (1 x 1, SI).
  * Plan: composite. Operations: none.
  */
@@ -112,7 +112,7 @@ void screw_drive_bias_force(const double q[1], const double v[1], double h[1]);
 void screw_drive_inverse_dynamics(const double q[1], const double v[1], const double a[1], double tau[1]);
 
 /*
- * forward_dynamics: a = a with mass_matrix a + bias_force = tau
+ * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (1, m or rad), v (1, m/s or rad/s), tau (1, N or N.m) to a (1, m/s^2 or rad/s^2).
  * Plan: factored. Operations: 1 add, 1 mul.
  */

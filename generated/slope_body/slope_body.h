@@ -27,14 +27,14 @@ extern "C" {
 void slope_body_natural_coordinates(const double q[3], double x[4]);
 
 /*
- * natural_mass_matrix: Mn = M, constant mass matrix of the natural coordinates
+ * natural_mass_matrix: Mn = constant mass matrix of the natural coordinates
  * From nothing to Mn (4 x 4, SI).
  * Plan: literal. Operations: none.
  */
 void slope_body_natural_mass_matrix(double Mn[16]);
 
 /*
- * constraints: Psi = Psi(x), zero on every configuration
+ * constraints: Psi = constraints at x(q), zero on every configuration
  * From q (3, m or rad) to Psi (1, SI).
  * Plan: literal. Operations: 10 add, 15 mul, 1 sincos.
  */
@@ -70,14 +70,14 @@ void slope_body_velocity_transformation_rate(const double q[3], const double v[3
 void slope_body_natural_bias_acceleration(const double q[3], const double v[3], double xddot_bias[4]);
 
 /*
- * mass_matrix: M = R^T M R, full symmetric
+ * mass_matrix: M = R^T Mn R, full symmetric
  * From q (3, m or rad) to M (3 x 3, SI).
  * Plan: composite. Operations: none.
  */
 void slope_body_mass_matrix(const double q[3], double M[9]);
 
 /*
- * coriolis_matrix: C = R^T M dR/dt
+ * coriolis_matrix: C = R^T Mn dR/dt
  * From q (3, m or rad), v (3, m/s or rad/s) to C (3 x 3, SI).
  * Plan: composite. Operations: none.
  */
@@ -112,7 +112,7 @@ void slope_body_bias_force(const double q[3], const double v[3], double h[3]);
 void slope_body_inverse_dynamics(const double q[3], const double v[3], const double a[3], double tau[3]);
 
 /*
- * forward_dynamics: a = a with mass_matrix a + bias_force = tau
+ * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (3, m or rad), v (3, m/s or rad/s), tau (3, N or N.m) to a (3, m/s^2 or rad/s^2).
  * Plan: articulated. Operations: 1 add, 3 mul.
  */

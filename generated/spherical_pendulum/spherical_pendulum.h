@@ -27,14 +27,14 @@ extern "C" {
 void spherical_pendulum_natural_coordinates(const double q[4], double x[9]);
 
 /*
- * natural_mass_matrix: Mn = M, constant mass matrix of the natural coordinates
+ * natural_mass_matrix: Mn = constant mass matrix of the natural coordinates
  * From nothing to Mn (9 x 9, SI).
  * Plan: literal. Operations: none.
  */
 void spherical_pendulum_natural_mass_matrix(double Mn[81]);
 
 /*
- * constraints: Psi = Psi(x), zero on every configuration
+ * constraints: Psi = constraints at x(q), zero on every configuration
  * From q (4, m or rad) to Psi (6, SI).
  * Plan: literal. Operations: 30 add, 34 mul, 1 div.
  */
@@ -70,14 +70,14 @@ void spherical_pendulum_velocity_transformation_rate(const double q[4], const do
 void spherical_pendulum_natural_bias_acceleration(const double q[4], const double v[3], double xddot_bias[9]);
 
 /*
- * mass_matrix: M = R^T M R, full symmetric
+ * mass_matrix: M = R^T Mn R, full symmetric
  * From q (4, m or rad) to M (3 x 3, SI).
  * Plan: composite. Operations: none.
  */
 void spherical_pendulum_mass_matrix(const double q[4], double M[9]);
 
 /*
- * coriolis_matrix: C = R^T M dR/dt
+ * coriolis_matrix: C = R^T Mn dR/dt
  * From q (4, m or rad), v (3, m/s or rad/s) to C (3 x 3, SI).
  * Plan: composite. Operations: 3 add, 3 mul.
  */
@@ -116,7 +116,7 @@ void spherical_pendulum_inverse_dynamics(
     double tau[3]);
 
 /*
- * forward_dynamics: a = a with mass_matrix a + bias_force = tau
+ * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (4, m or rad), v (3, m/s or rad/s), tau (3, N or N.m) to a (3, m/s^2 or rad/s^2).
  * Plan: factored. Operations: 9 add, 17 mul, 1 div.
  */

@@ -214,7 +214,7 @@ void spinning_top_natural_coordinates(const double q[4], double x[9])
 }
 
 /*
- * natural_mass_matrix: Mn = M, constant mass matrix of the natural coordinates
+ * natural_mass_matrix: Mn = constant mass matrix of the natural coordinates
  * From nothing to Mn (9 x 9, SI).
  * Plan: literal. Operations: none.
  */
@@ -237,7 +237,7 @@ void spinning_top_natural_mass_matrix(double Mn[81])
 }
 
 /*
- * constraints: Psi = Psi(x), zero on every configuration
+ * constraints: Psi = constraints at x(q), zero on every configuration
  * From q (4, m or rad) to Psi (6, SI).
  * Plan: literal. Operations: 30 add, 34 mul, 1 div.
  */
@@ -543,7 +543,7 @@ void spinning_top_natural_bias_acceleration(const double q[4], const double v[3]
 }
 
 /*
- * mass_matrix: M = R^T M R, full symmetric
+ * mass_matrix: M = R^T Mn R, full symmetric
  * From q (4, m or rad) to M (3 x 3, SI).
  * Plan: composite. Operations: none.
  */
@@ -562,7 +562,7 @@ void spinning_top_mass_matrix(const double q[4], double M[9])
 }
 
 /*
- * coriolis_matrix: C = R^T M dR/dt
+ * coriolis_matrix: C = R^T Mn dR/dt
  * From q (4, m or rad), v (3, m/s or rad/s) to C (3 x 3, SI).
  * Plan: composite. Operations: 3 add, 3 mul.
  */
@@ -654,7 +654,7 @@ void spinning_top_inverse_dynamics(const double q[4], const double v[3], const d
 }
 
 /*
- * forward_dynamics: a = a with mass_matrix a + bias_force = tau
+ * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (4, m or rad), v (3, m/s or rad/s), tau (3, N or N.m) to a (3, m/s^2 or rad/s^2).
  * Plan: factored. Operations: 9 add, 19 mul, 1 div.
  */

@@ -27,14 +27,14 @@ extern "C" {
 void universal_shaft_natural_coordinates(const double q[3], double x[18]);
 
 /*
- * natural_mass_matrix: Mn = M, constant mass matrix of the natural coordinates
+ * natural_mass_matrix: Mn = constant mass matrix of the natural coordinates
  * From nothing to Mn (18 x 18, SI).
  * Plan: literal. Operations: none.
  */
 void universal_shaft_natural_mass_matrix(double Mn[324]);
 
 /*
- * constraints: Psi = Psi(x), zero on every configuration
+ * constraints: Psi = constraints at x(q), zero on every configuration
  * From q (3, m or rad) to Psi (15, SI).
  * Plan: literal. Operations: 22 add, 36 mul, 3 sincos.
  */
@@ -70,14 +70,14 @@ void universal_shaft_velocity_transformation_rate(const double q[3], const doubl
 void universal_shaft_natural_bias_acceleration(const double q[3], const double v[3], double xddot_bias[18]);
 
 /*
- * mass_matrix: M = R^T M R, full symmetric
+ * mass_matrix: M = R^T Mn R, full symmetric
  * From q (3, m or rad) to M (3 x 3, SI).
  * Plan: composite. Operations: 7 add, 7 mul, 2 sincos.
  */
 void universal_shaft_mass_matrix(const double q[3], double M[9]);
 
 /*
- * coriolis_matrix: C = R^T M dR/dt
+ * coriolis_matrix: C = R^T Mn dR/dt
  * From q (3, m or rad), v (3, m/s or rad/s) to C (3 x 3, SI).
  * Plan: composite. Operations: 21 add, 54 mul, 2 sincos.
  */
@@ -112,7 +112,7 @@ void universal_shaft_bias_force(const double q[3], const double v[3], double h[3
 void universal_shaft_inverse_dynamics(const double q[3], const double v[3], const double a[3], double tau[3]);
 
 /*
- * forward_dynamics: a = a with mass_matrix a + bias_force = tau
+ * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (3, m or rad), v (3, m/s or rad/s), tau (3, N or N.m) to a (3, m/s^2 or rad/s^2).
  * Plan: articulated. Operations: 32 add, 54 mul, 2 div, 2 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.

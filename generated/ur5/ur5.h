@@ -27,14 +27,14 @@ extern "C" {
 void ur5_natural_coordinates(const double q[6], double x[45]);
 
 /*
- * natural_mass_matrix: Mn = M, constant mass matrix of the natural coordinates
+ * natural_mass_matrix: Mn = constant mass matrix of the natural coordinates
  * From nothing to Mn (45 x 45, SI).
  * Plan: literal. Operations: none.
  */
 void ur5_natural_mass_matrix(double Mn[2025]);
 
 /*
- * constraints: Psi = Psi(x), zero on every configuration
+ * constraints: Psi = constraints at x(q), zero on every configuration
  * From q (6, m or rad) to Psi (39, SI).
  * Plan: literal. Operations: 109 add, 152 mul, 6 sincos.
  */
@@ -70,14 +70,14 @@ void ur5_velocity_transformation_rate(const double q[6], const double v[6], doub
 void ur5_natural_bias_acceleration(const double q[6], const double v[6], double xddot_bias[45]);
 
 /*
- * mass_matrix: M = R^T M R, full symmetric
+ * mass_matrix: M = R^T Mn R, full symmetric
  * From q (6, m or rad) to M (6 x 6, SI).
  * Plan: composite. Operations: 70 add, 80 mul, 5 sincos.
  */
 void ur5_mass_matrix(const double q[6], double M[36]);
 
 /*
- * coriolis_matrix: C = R^T M dR/dt
+ * coriolis_matrix: C = R^T Mn dR/dt
  * From q (6, m or rad), v (6, m/s or rad/s) to C (6 x 6, SI).
  * Plan: composite. Operations: 260 add, 363 mul, 5 sincos.
  */
@@ -112,7 +112,7 @@ void ur5_bias_force(const double q[6], const double v[6], double h[6]);
 void ur5_inverse_dynamics(const double q[6], const double v[6], const double a[6], double tau[6]);
 
 /*
- * forward_dynamics: a = a with mass_matrix a + bias_force = tau
+ * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (6, m or rad), v (6, m/s or rad/s), tau (6, N or N.m) to a (6, m/s^2 or rad/s^2).
  * Plan: factored. Operations: 239 add, 287 mul, 5 div, 5 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
