@@ -83,6 +83,8 @@ class System:
     def _choose(self, name: str, every: bool) -> tuple[Program, tuple[PlanChoice, ...]]:
         self.require_tree()
         key = (self.output(name), every)
+        if not every and (key[0], True) in self._chosen:  # what more was counted changes no choice
+            return self._chosen[key[0], True]
         if key not in self._chosen:
             self._chosen[key] = choose(self.lowered, self.natural, key[0], every)
         return self._chosen[key]

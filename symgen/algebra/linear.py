@@ -128,10 +128,6 @@ def madd(a: Mat, b: Mat) -> Mat:
     return tuple(vadd(x, y) for x, y in zip(a, b, strict=True))
 
 
-def msub(a: Mat, b: Mat) -> Mat:
-    return tuple(vsub(x, y) for x, y in zip(a, b, strict=True))
-
-
 def mscale(s: Scalar, a: Mat) -> Mat:
     return tuple(scale(s, row) for row in a)
 

@@ -34,7 +34,6 @@ SOLVED = 3
 """Accelerations are given in closed form for up to so many."""
 
 Given = Mapping[str, Sequence[Any]]
-Entries = tuple[Any, ...]
 
 
 @dataclass(frozen=True)
