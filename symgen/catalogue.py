@@ -106,6 +106,9 @@ CATALOGUE: dict[str, Row] = {
     ),
 }  # fmt: skip
 
+OF_CONSTRAINTS = frozenset({"constraints", "constraint_jacobian", "constraint_forces"})
+"""Rows of the constraints between natural coordinates."""
+
 INPUT_UNITS = {"q": "m or rad", "v": "m/s or rad/s", "a": "m/s^2 or rad/s^2", "tau": "N or N.m", "dt": "s", "p": MIXED}
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.algebra.numbers import Numbers, State
-from symgen.catalogue import CATALOGUE, Sizes, output_ports, sizes, split_row
+from symgen.catalogue import CATALOGUE, OF_CONSTRAINTS, Sizes, output_ports, sizes, split_row
 from symgen.errors import NotSupportedError, SceneError
 from symgen.literal.equations import Literal
 from symgen.natural.coordinates import choose_coordinates
@@ -83,6 +83,7 @@ class System:
     def _choose(self, name: str, every: bool) -> tuple[Program, tuple[PlanChoice, ...]]:
         self.require_tree()
         key = (self.output(name), every)
+        self._require_constraints(key[0])
         if not every and (key[0], True) in self._chosen:  # what more was counted changes no choice
             return self._chosen[key[0], True]
         if key not in self._chosen:
@@ -97,6 +98,15 @@ class System:
             raise NotSupportedError(
                 f"{self.scene.source or self.scene.name}: closed loops are not there yet: "
                 f"{loops} closes a loop (cut at {cut}); `symgen show` prints its graph"
+            )
+
+    def _require_constraints(self, output: Output) -> None:
+        """Raises NotSupportedError for constraints of a scene whose geometry is given at run time."""
+        row = next((row for row in output.of if row in OF_CONSTRAINTS), None)
+        if row is not None and self.scene.runtime_origins:
+            raise NotSupportedError(
+                f"{self.scene.source or self.scene.name}: {row} needs constant joint origins, and these are run-time "
+                f"parameters: {', '.join(sorted(self.scene.runtime_origins))}"
             )
 
     def program(self, name: str) -> Program:
@@ -177,4 +187,4 @@ def derive(scene: Scene | str | Path) -> System:
     """Order the tree and choose natural coordinates of a scene or its file. Functions follow when asked for."""
     scene = load(scene) if isinstance(scene, str | Path) else scene
     tree = build_tree(scene)
-    return System(scene, tree, choose_coordinates(tree))
+    return System(scene, tree, choose_coordinates(tree, loose=scene.runtime_origins))

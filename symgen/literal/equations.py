@@ -84,7 +84,7 @@ class Literal:
     def _columns(self, entity: Entity) -> Columns:
         body = self.tree.bodies[entity.home]
         if entity.kind == "angle":
-            return {body.v: (1,)}
+            return {body.v: (self.values.multiplier(body),)}
         find = motion.point_columns if entity.kind == "point" else motion.vector_columns
         found = find(self.at, entity.home, self._local(entity))
         return {j: self._components(column) for j, column in found.items()}
@@ -170,7 +170,13 @@ class Literal:
 
     @cached_property
     def armature(self) -> tuple[Scalar, ...]:
-        return tuple(self.values.armature(body.joint) for body in self.tree.bodies for _ in range(body.nv))
+        found: list[Scalar] = [0] * self.tree.nv
+        for body in self.tree.bodies:
+            once = self.values.multiplier(body)
+            extra = mul(mul(once, once), self.values.armature(body.joint))
+            for i in range(body.v, body.v + body.nv):
+                found[i] = add(found[i], extra)
+        return tuple(found)
 
     # --- the catalogue --------------------------------------------------------------------------------------------
 
@@ -238,9 +244,10 @@ class Literal:
         nv = self.tree.nv
         found: list[Scalar] = [0] * nv
         for body in self.tree.bodies:
-            damping = self.values.damping(body.joint)
+            once = self.values.multiplier(body)
+            damping = mul(mul(once, once), self.values.damping(body.joint))
             for i in range(body.v, body.v + body.nv):
-                found[i] = mul(damping, self.state.v[i]) if not is_zero(damping) else 0
+                found[i] = add(found[i], mul(damping, self.state.v[i]))
         for force in self.values.scene.forces:
             part = self._spring_force(force) if isinstance(force, Spring) else self._joint_spring_force(force)
             for j, value in part.items():
@@ -262,7 +269,7 @@ class Literal:
     def potential_energy(self) -> Scalar:
         g, energy = self.values.gravity(), 0
         for body in self.tree.bodies:
-            p = mass.pseudo_inertia(body.parts, self.values)
+            p = mass.pseudo_inertia(body.parts, self.values, body.welds)
             pose = self.at.poses[body.index]
             moment = vadd(scale(p[0][0], pose.origin), pose.vector(tuple(p[0][1:])))
             energy = sub(energy, dot(g, moment))
@@ -273,8 +280,7 @@ class Literal:
         return total(self._spring_energy(force) for force in self.values.scene.forces)
 
     def frame_pose(self, frame: str) -> Mat:
-        home, local = self.tree.frames[frame]
-        rotation, translation = self.values.transform(local)
+        home, rotation, translation = self.values.frame(self.tree, frame)
         pose = self.at.pose(home)
         axes = tuple(matvec(pose.rotation, column) for column in zip(*rotation, strict=True))
         origin = pose.point(translation)
@@ -289,10 +295,9 @@ class Literal:
     def _ends(self, spring: Spring) -> tuple[tuple[int, Vec], tuple[int, Vec]]:
         """(tree body, point in ground axes) of both ends."""
         found = []
-        for name, point in zip(spring.between, spring.points, strict=True):
-            home, local = self.tree.frames[name]
-            rotation, translation = self.values.transform(local)
-            inside = vadd(matvec(rotation, self.values.vector(point)), translation)
+        for end, name in enumerate(spring.between):
+            home, rotation, translation = self.values.frame(self.tree, name)
+            inside = vadd(matvec(rotation, self.values.point(spring, end)), translation)
             found.append((home, self.at.pose(home).point(inside)))
         return found[0], found[1]
 
@@ -346,12 +351,12 @@ class Literal:
         body, found = self._spring_joint(spring), {}
         stiffness, damping = self.values.force(spring, "stiffness"), self.values.force(spring, "damping")
         rest = self.values.force(spring, "rest")
-        for k in range(body.nv):
-            stretch = sub(self.state.q[body.q + k], rest)
-            force = mul(stiffness, stretch)
+        once, rates = self.values.multiplier(body), self.values.rates(body, self.state.v)
+        for k, (position, rate) in enumerate(zip(self.values.positions(body, self.state.q), rates, strict=True)):
+            force = mul(stiffness, sub(position, rest))
             if not is_zero(damping):
-                force = add(force, mul(damping, self.state.v[body.v + k]))
-            found[body.v + k] = force
+                force = add(force, mul(damping, rate))
+            found[body.v + k] = mul(once, force)
         return found
 
     def _spring_energy(self, force: Spring | JointSpring) -> Scalar:
@@ -360,7 +365,7 @@ class Literal:
             return 0
         if isinstance(force, JointSpring):
             body, rest = self._spring_joint(force), self.values.force(force, "rest")
-            stretches = [sub(self.state.q[body.q + k], rest) for k in range(body.nv)]
+            stretches = [sub(position, rest) for position in self.values.positions(body, self.state.q)]
             return half(mul(stiffness, total(mul(x, x) for x in stretches)))
         (first, a), (second, b) = self._ends(force)
         if first == second:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Protocol
@@ -23,7 +23,7 @@ from symgen.natural.entities import Entity, Vector
 from symgen.natural.forms import ground_position
 from symgen.natural.layout import Basis, NaturalCoordinates, base_carrier, constants
 from symgen.natural.plane import find_plane, in_plane, turned, vector
-from symgen.natural.sharing import PLANAR, SPATIAL, Slot, joint_vector
+from symgen.natural.sharing import PLANAR, SPATIAL, UNSHARED, Slot, joint_vector
 from symgen.scene.model import ZERO3
 from symgen.topology.tree import Tree, TreeBody
 
@@ -103,14 +103,17 @@ class _Listing:
         return int(self.drafts[index].label[1:].split("_")[0])
 
 
-def choose_coordinates(tree: Tree, planar: bool = True) -> NaturalCoordinates:
+def choose_coordinates(tree: Tree, planar: bool = True, loose: Collection[str] = ()) -> NaturalCoordinates:
     """Points, unit vectors, mass carriers and constraints of a tree.
 
     Entities are listed body by body, depth first: those of the incoming joint (parent's side first), then the points
     and vectors that the scene declares, then auxiliary ones. Neighbours share them as their joint says, and an entity
     that falls on one already fixed in the body is that one. With ``planar`` a planar tree gets two coordinates per
-    point and no vectors, unless a body declares unit vectors.
+    point and no vectors, unless a body declares unit vectors. ``loose`` names joints whose origins are run-time
+    arguments: no point and no vector of theirs has constant coordinates in the parent, so nothing is shared across
+    them, nothing declared beyond them is a coordinate, and no constraints are stated.
     """
+    planar = planar and not loose
     declares = any(part.unit_vectors for body in tree.bodies for part, _ in body.parts)
     found = find_plane(tree) if planar and not declares else None
     ground, planes = found or (None, None)
@@ -118,8 +121,9 @@ def choose_coordinates(tree: Tree, planar: bool = True) -> NaturalCoordinates:
     slots = SPATIAL if found is None else PLANAR
     joints = []
     for body in tree.bodies:
-        joints.append(tuple(_joint_entities(listing, body, slots[body.joint.type])))
-        _declared_entities(listing, body)
+        unshared = any(joint.name in loose for joint in body.mount)
+        joints.append(tuple(_joint_entities(listing, body, UNSHARED if unshared else slots[body.joint.type])))
+        _declared_entities(listing, body, loose)
     members: list[list[int]] = [[] for _ in tree.bodies]
     for k, draft in enumerate(listing.drafts):
         for home in draft.local:
@@ -129,7 +133,8 @@ def choose_coordinates(tree: Tree, planar: bool = True) -> NaturalCoordinates:
     for body in tree.bodies:
         plane = planes[body.index] if planes is not None else None
         carriers.append(_choose_carriers(listing, body, plane, members[body.index]))
-    return _finish(listing, tree, joints, members, carriers)
+    natural = _finish(listing, tree, joints, members, carriers)
+    return natural if loose else replace(natural, constraints=build_constraints(natural, tree))
 
 
 def _joint_entities(listing: _Listing, body: TreeBody, slots: Sequence[Slot]) -> list[int]:
@@ -160,10 +165,12 @@ def _joint_entities(listing: _Listing, body: TreeBody, slots: Sequence[Slot]) ->
     return found
 
 
-def _declared_entities(listing: _Listing, body: TreeBody) -> None:
+def _declared_entities(listing: _Listing, body: TreeBody, loose: Collection[str]) -> None:
     """Points and vectors the scene asks for; the k-th point and the k-th vector of a part share a number."""
     rank = 10
-    for part, pose in body.parts:
+    for (part, pose), welds in zip(body.parts, body.welds, strict=True):
+        if any(joint.name in loose for joint in welds):
+            continue
         for k in range(max(len(part.basic_points), len(part.unit_vectors))):
             number: int | None = None
             for kind, locals_ in (("point", part.basic_points), ("vector", part.unit_vectors)):
@@ -201,7 +208,7 @@ def _finish(
     members: Sequence[list[int]],
     carriers: Sequence[Carriers],
 ) -> NaturalCoordinates:
-    """Put the drafts in listing order, give them their rows in x, and state the constraints."""
+    """Put the drafts in listing order and give them their rows in x."""
     order = sorted(range(len(listing.drafts)), key=lambda k: listing.drafts[k].listed)
     index = {draft: place for place, draft in enumerate(order)}
     entities, nn = [], 0
@@ -224,8 +231,7 @@ def _finish(
         conditions=tuple(row.condition for row in carriers),
     )
     pairs = [_carrier_matrices(natural, body.index) for body in tree.bodies]
-    natural = replace(natural, W=tuple(w for w, _ in pairs), W_inverse=tuple(inverse for _, inverse in pairs))
-    return replace(natural, constraints=build_constraints(natural, tree))
+    return replace(natural, W=tuple(w for w, _ in pairs), W_inverse=tuple(inverse for _, inverse in pairs))
 
 
 def _carrier_matrices(natural: NaturalCoordinates, body: int) -> tuple[Mat, Mat]:

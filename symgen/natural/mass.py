@@ -9,7 +9,7 @@ from typing import Any, Protocol
 from symgen.algebra import linear
 from symgen.algebra.linear import Mat, Scalar, Vec
 from symgen.natural.layout import NaturalCoordinates, constant
-from symgen.scene.model import Body, Transform
+from symgen.scene.model import Body, Joint, Transform
 from symgen.topology.tree import Tree
 
 HALF = Fraction(1, 2)
@@ -19,6 +19,10 @@ class InertialValues(Protocol):
     """Constants, and a body's inertial parameters (constants or run-time ones), as scalars of one number type."""
 
     def lift(self, value: Fraction) -> Scalar: ...
+    def placed(self, chain: Sequence[Joint], pose: Transform) -> tuple[Mat, Vec]:
+        """``pose``, with run-time origins of the joints in ``chain``, which make it up, in their places."""
+        ...
+
     def mass(self, body: Body) -> Scalar: ...
     def com(self, body: Body) -> Vec:
         """Centre of mass in body axes (3)."""
@@ -34,6 +38,9 @@ class SceneValues:
 
     def lift(self, value: Fraction) -> Scalar:
         return constant(value, None)
+
+    def placed(self, chain: Sequence[Joint], pose: Transform) -> tuple[Mat, Vec]:
+        return tuple(_lift(row, self) for row in pose.rotation), _lift(pose.translation, self)
 
     def mass(self, body: Body) -> Fraction:
         return body.mass
@@ -65,14 +72,17 @@ def _own_pseudo_inertia(body: Body, values: InertialValues) -> Mat:
     return ((mass, *first), *((first[k], *second[k]) for k in range(3)))
 
 
-def pseudo_inertia(parts: Sequence[tuple[Body, Transform]], values: InertialValues) -> Mat:
+def pseudo_inertia(
+    parts: Sequence[tuple[Body, Transform]], values: InertialValues, welds: Sequence[Sequence[Joint]] = ()
+) -> Mat:
     """P = ∫ρ [1; x][1; x]ᵀ (4×4: kg, kg·m, kg·m²) of bodies welded together, about the origin and in the axes of the
-    frame that their transforms refer to: the sum of T P Tᵀ, T = [1, 0; t, R]."""
+    frame that their transforms refer to: the sum of T P Tᵀ, T = [1, 0; t, R]. ``welds``: per part, the fixed joints
+    that make up its transform."""
     total: Mat = ((0,) * 4,) * 4
-    for body, pose in parts:
+    for (body, pose), chain in zip(parts, welds or [()] * len(parts), strict=True):
         own = _own_pseudo_inertia(body, values)
-        rows = zip(pose.translation, pose.rotation, strict=True)
-        turn = ((1, 0, 0, 0), *(_lift((shift, *row), values) for shift, row in rows))
+        rotation, translation = values.placed(chain, pose)
+        turn = ((1, 0, 0, 0), *((shift, *row) for shift, row in zip(translation, rotation, strict=True)))
         moved = linear.matmul(linear.matmul(turn, own), linear.transpose(turn))
         total = linear.madd(total, _symmetric(moved))
     return total
@@ -139,7 +149,7 @@ def entity_mass(natural: NaturalCoordinates, tree: Tree, values: InertialValues)
     """
     total: dict[tuple[int, int], Any] = {}
     for body in tree.bodies:
-        pseudo = pseudo_inertia(body.parts, values)
+        pseudo = pseudo_inertia(body.parts, values, body.welds)
         inverse, carriers = natural.W_inverse[body.index], natural.carriers[body.index]
         if natural.plane is None:
             blocks = _spatial_blocks(inverse, pseudo, values)

@@ -40,6 +40,9 @@ SPATIAL: dict[str, tuple[Slot, ...]] = {
     "floating": (Slot("point", "child"), Slot("vector", "child", "x")),
 }
 
+UNSHARED = (Slot("point", "child"), Slot("vector", "child", "x"))
+"""Of a joint whose place in the parent is not a constant."""
+
 PLANAR: dict[str, tuple[Slot, ...]] = {
     "revolute": (POINT,),
     "continuous": (POINT,),

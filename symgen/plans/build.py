@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from symgen.algebra.linear import Vec, mul, sub, vadd
+from symgen.algebra.linear import Vec, add, half, mul, sub, total, vadd
 from symgen.algebra.numbers import State
 from symgen.catalogue import (
     CATALOGUE,
@@ -136,14 +136,36 @@ class Builder:
 
     @cached_property
     def mass_matrix(self) -> Sequence[Sequence[Scalar]]:
-        return self.literal.mass_matrix() if self.family.literal else composite.mass_matrix(self.links, self.armature)
+        if self.family.literal:
+            return self.literal.mass_matrix()
+        m = self.reduce_matrix(composite.mass_matrix(self.links))
+        for i, extra in enumerate(self.armature):
+            m[i][i] = add(m[i][i], extra)
+        return m
 
     @property
     def armature(self) -> tuple[Scalar, ...]:
         return self.literal.armature
 
+    # --- coupled joints: plans work with the velocities of all joints, G v ----------------------------------------
+
+    @cached_property
+    def v(self) -> list[Scalar]:
+        """Velocities of all joints."""
+        return self.rates(self.state.v)
+
+    def rates(self, v: Sequence[Scalar]) -> list[Scalar]:
+        return self.lowered.joint_rates(self.values, v)
+
+    def reduce(self, forces: Sequence[Scalar]) -> list[Scalar]:
+        """Forces on all joints to forces on the coordinates."""
+        return self.lowered.reduce(self.values, forces)
+
+    def reduce_matrix(self, matrix: Sequence[Sequence[Scalar]]) -> list[list[Scalar]]:
+        return self.lowered.reduce_matrix(self.values, matrix)
+
     def inverse_dynamics(self, a: Sequence[Scalar]) -> Vec:
-        tau = recursive.inverse_dynamics(self.links, self.state.v, a, self.values.gravity())
+        tau = self.reduce(recursive.inverse_dynamics(self.links, self.v, self.rates(a), self.values.gravity()))
         motors = tuple(mul(extra, x) for extra, x in zip(self.armature, a, strict=True))
         return vadd(vadd(tuple(tau), motors), self.passive())
 
@@ -160,6 +182,10 @@ class Builder:
         self.guards.extend(pivot for pivot in pivots if isinstance(pivot, Node) and pivot.op != "const")
         return x
 
+    def kinetic_energy(self) -> Scalar:
+        motors = total(mul(extra, mul(rate, rate)) for extra, rate in zip(self.armature, self.state.v, strict=True))
+        return half(add(coriolis.twice_kinetic_energy(self.links, self.v), motors))
+
     def potential_energy(self) -> Scalar:
         springs = self.literal.spring_energy()
         return coriolis.gravity_energy(self.links, self.values.gravity()) + springs
@@ -167,12 +193,12 @@ class Builder:
 
 PLANNED: dict[str, Callable[[Builder], Any]] = {
     "mass_matrix": lambda b: b.mass_matrix,
-    "coriolis_matrix": lambda b: coriolis.coriolis_matrix(b.links, b.state.v),
-    "gravity_force": lambda b: coriolis.gravity_force(b.links, b.values.gravity()),
+    "coriolis_matrix": lambda b: b.reduce_matrix(coriolis.coriolis_matrix(b.links, b.v)),
+    "gravity_force": lambda b: b.reduce(coriolis.gravity_force(b.links, b.values.gravity())),
     "bias_force": lambda b: b.bias_force,
     "inverse_dynamics": lambda b: b.inverse_dynamics(b.state.a),
     "forward_dynamics": lambda b: b.forward_dynamics(),
-    "kinetic_energy": lambda b: coriolis.kinetic_energy(b.links, b.state.v, b.armature),
+    "kinetic_energy": lambda b: b.kinetic_energy(),
     "potential_energy": lambda b: b.potential_energy(),
 }
 """Rows with a plan in body axes, beside the literal one."""
@@ -180,13 +206,14 @@ SOLVED = frozenset({"forward_dynamics"})
 """Rows that have no literal expression, only the equation that defines them: some family must solve it."""
 
 
-def families_of(output: Output) -> tuple[Family, ...]:
+def families_of(output: Output, tree: Tree) -> tuple[Family, ...]:
     """The families that differ for this function, cheapest to try first."""
     rows = {split_row(row)[0] for row in output.of}
     planned, solved = rows & PLANNED.keys(), rows & SOLVED
     if not planned:
         return (FAMILIES[-1],)
-    return tuple(family for family in FAMILIES if solved or not family.articulated)
+    articulated = solved and not tree.coupled  # couplings join branches, which articulated bodies cannot
+    return tuple(family for family in FAMILIES if articulated or not family.articulated)
 
 
 def flatten(value: Any) -> list[Scalar]:

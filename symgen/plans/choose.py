@@ -59,7 +59,7 @@ def choose(
     """
     programs: dict[Family, Program] = {}
     passed: dict[Family, str] = {}
-    families = families_of(output)
+    families = families_of(output, lowered.tree)
     for family in sorted(families, key=lambda family: not family.articulated):
         reason = _reason_to_skip(family, lowered, output, programs) if len(families) > 1 else ""
         if reason:

@@ -6,7 +6,6 @@ composite inertia of everything beyond j.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 from symgen.algebra.linear import IDENTITY, ZERO, Vec, add, cross, matvec, mul, scale, vadd
@@ -52,9 +51,9 @@ def project(at: Moving, force: Vec, moment: Vec, convention: str) -> Vec:
     return (add(mul(at.angular, moment[2]), mul(at.linear, force[2])),)
 
 
-def mass_matrix(links: Links, armature: Sequence[Scalar]) -> list[list[Scalar]]:
-    """RᵀMR with the armature on its diagonal, dense rows; entries between branches are structural zeros."""
-    nv, convention = links.tree.nv, links.values.scene.options.base_velocity
+def mass_matrix(links: Links) -> list[list[Scalar]]:
+    """RᵀMR without armature, dense rows; entries between branches are structural zeros."""
+    nv, convention = links.nv, links.values.scene.options.base_velocity
     m: list[list[Scalar]] = [[0] * nv for _ in range(nv)]
     composites = composite_inertias(links)
     for at in links.moving:
@@ -66,8 +65,6 @@ def mass_matrix(links: Links, armature: Sequence[Scalar]) -> list[list[Scalar]]:
                 continue
             for k, (w, v) in enumerate(unit_motions(at)):
                 _column(links, m, at, k, field_wrench(composite, w, v))
-    for i, extra in enumerate(armature):
-        m[i][i] = add(m[i][i], extra)
     return m
 
 

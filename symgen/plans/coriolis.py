@@ -19,11 +19,9 @@ from symgen.algebra.linear import (
     add,
     cross,
     dot,
-    half,
     madd,
     matmul,
     matvec,
-    mul,
     outer,
     scale,
     skew,
@@ -142,7 +140,7 @@ def _own_fields(at: Moving, velocity: Velocity, convention: str) -> list[Field]:
 
 def coriolis_matrix(links: Links, v: Sequence[Scalar]) -> list[list[Scalar]]:
     """RᵀMṘ, dense rows."""
-    nv, convention = links.tree.nv, links.values.scene.options.base_velocity
+    nv, convention = links.nv, links.values.scene.options.base_velocity
     velocities = link_velocities(links, v)
     composites = _streaming(links, velocities)
     c: list[list[Scalar]] = [[0] * nv for _ in range(nv)]
@@ -190,7 +188,7 @@ def gravity_force(links: Links, gravity: Vec) -> list[Scalar]:
     convention = links.values.scene.options.base_velocity
     weights = links.outward("gravity in link axes", vneg(gravity), lambda at, g: at.to_link(g))
     moments = first_moments(links)
-    found: list[Scalar] = [0] * links.tree.nv
+    found: list[Scalar] = [0] * links.nv
     for at, a in zip(links.moving, weights, strict=True):
         mass, h = moments[at.link.index]
         with links.phase(f"gravity: {at.link.name}"):
@@ -227,14 +225,12 @@ def gravity_energy(links: Links, gravity: Vec) -> Scalar:
     return sub(0, dot(gravity, total))
 
 
-def kinetic_energy(links: Links, v: Sequence[Scalar], armature: Sequence[Scalar]) -> Scalar:
-    """½ Σ (v·p + ω·l) with p = m v + ω × h and l = I ω + h × v, and the motors' share."""
+def twice_kinetic_energy(links: Links, v: Sequence[Scalar]) -> Scalar:
+    """Σ (v·p + ω·l) with p = m v + ω × h and l = I ω + h × v, without armature."""
     velocities = link_velocities(links, v)
     twice: Scalar = 0
     for inertia, at in zip(links.inertias, velocities, strict=True):
         p = vadd(scale(inertia.mass, at.v), cross(at.w, inertia.first))
         spin = vadd(matvec(moment_of_inertia(inertia), at.w), cross(inertia.first, at.v))
         twice = add(twice, add(dot(at.v, p), dot(at.w, spin)))
-    for extra, rate in zip(armature, v, strict=True):
-        twice = add(twice, mul(extra, mul(rate, rate)))
-    return half(twice)
+    return twice

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -50,50 +51,76 @@ def reciprocal(links: Links, k: int, pivot: Scalar) -> Scalar:
     return Fraction(1) / pivot if isinstance(pivot, int) else 1 / pivot
 
 
-def velocity_parents(links: Links) -> list[int]:
-    """For every joint velocity the one before it on the way to the root (−1 at the root): the tree of LᵀDL."""
-    found = [-1] * links.tree.nv
-    for at in links.moving:
-        parent = links.moving[at.link.parent].link if at.link.parent >= 0 else None
-        before = parent.v + parent.nv - 1 if parent else -1
-        for k in range(at.link.nv):
-            found[at.link.v + k] = before
-            before = at.link.v + k
-    return found
+@dataclass(frozen=True)
+class Factored:
+    """M = LᵀDL, L unit lower triangular with the sparsity of M (Featherstone 2005: along a tree nothing fills in)."""
+
+    inverse: tuple[Scalar, ...]
+    """Of D: the reciprocals of the pivots."""
+    pivots: tuple[Scalar, ...]
+    """D; all positive exactly when M is positive definite."""
+    rows: tuple[dict[int, Scalar], ...]
+    """L below its diagonal: row k, {column: entry}, columns descending."""
+
+    def solve(self, b: Sequence[Scalar]) -> list[Scalar]:
+        """x with M x = b."""
+        x = list(b)
+        for k in reversed(range(len(x))):
+            for i, ratio in self.rows[k].items():
+                x[i] = sub(x[i], mul(ratio, x[k]))
+        return self.forward([mul(inverse, value) for inverse, value in zip(self.inverse, x, strict=True)])
+
+    def forward(self, x: list[Scalar]) -> list[Scalar]:
+        """L⁻¹ x."""
+        for k, row in enumerate(self.rows):
+            for i, ratio in row.items():
+                x[k] = sub(x[k], mul(ratio, x[i]))
+        return x
+
+    def inverse_matrix(self) -> list[list[Scalar]]:
+        """M⁻¹ = L⁻¹ D⁻¹ L⁻ᵀ, full symmetric: columns of L⁻ᵀ, then the upper half of L⁻¹ D⁻¹ times them."""
+        n = len(self.rows)
+        found: list[list[Scalar]] = [[0] * n for _ in range(n)]
+        for j in range(n):
+            x: list[Scalar] = [0] * n
+            x[j] = 1
+            for k in reversed(range(j + 1)):
+                for i, ratio in self.rows[k].items():
+                    x[i] = sub(x[i], mul(ratio, x[k]))
+            # Rows up to j are final; those beyond it are this column's mirror images, found with their own columns.
+            for k in range(j + 1):
+                x[k] = mul(self.inverse[k], x[k])
+                for i, ratio in self.rows[k].items():
+                    x[k] = sub(x[k], mul(ratio, x[i]))
+                found[k][j] = found[j][k] = x[k]
+        return found
+
+
+def factor(links: Links, matrix: Sequence[Sequence[Scalar]]) -> Factored:
+    """LᵀDL of a positive definite matrix. Entries that are structurally zero stay so where nothing fills them in."""
+    n = len(matrix)
+    h = [list(row) for row in matrix]
+    rows: list[dict[int, Scalar]] = [{} for _ in range(n)]
+    pivots, inverse = list[Scalar]([0] * n), list[Scalar]([0] * n)
+    for k in reversed(range(n)):
+        pivots[k] = h[k][k]
+        inverse[k] = reciprocal(links, k, pivots[k])
+        below = [i for i in reversed(range(k)) if not is_zero(h[k][i])]
+        for place, i in enumerate(below):
+            ratio = rows[k][i] = mul(h[k][i], inverse[k])
+            for j in below[place:]:
+                h[i][j] = sub(h[i][j], mul(ratio, h[k][j]))
+    return Factored(tuple(inverse), tuple(pivots), tuple(rows))
 
 
 def solve_ltdl(
     links: Links, mass_matrix: Sequence[Sequence[Scalar]], b: Sequence[Scalar]
 ) -> tuple[list[Scalar], list[Scalar]]:
-    """x and the pivots, which are positive exactly when the mass matrix is positive definite.
-
-    M = LᵀDL, L unit lower triangular with the sparsity of the tree (Featherstone 2005).
-    """
-    parents = velocity_parents(links)
-    h = [list(row) for row in mass_matrix]
-    x, pivots = list(b), [mass_matrix[i][i] for i in range(len(parents))]
-    inverse: list[Scalar] = [0] * len(parents)
-    factor: list[dict[int, Scalar]] = [{} for _ in parents]
-    with links.phase("factor: LᵀDL and inward solve"):
-        for k in reversed(range(len(parents))):
-            pivots[k] = h[k][k]
-            inverse[k] = reciprocal(links, k, pivots[k])
-            i = parents[k]
-            while i >= 0:
-                ratio = mul(h[k][i], inverse[k])
-                factor[k][i] = ratio
-                j = i
-                while j >= 0:
-                    h[i][j] = sub(h[i][j], mul(ratio, h[k][j]))
-                    j = parents[j]
-                x[i] = sub(x[i], mul(ratio, x[k]))
-                i = parents[i]
-    with links.phase("solve: outward"):
-        for k in range(len(parents)):
-            x[k] = mul(x[k], inverse[k])
-            for i, ratio in factor[k].items():
-                x[k] = sub(x[k], mul(ratio, x[i]))
-    return x, pivots
+    """x and the pivots, which are positive exactly when the mass matrix is positive definite."""
+    with links.phase("factor: LᵀDL"):
+        factored = factor(links, mass_matrix)
+    with links.phase("solve"):
+        return factored.solve(b), list(factored.pivots)
 
 
 class _Articulated:
@@ -188,7 +215,7 @@ def solve_articulated(
     """x and the pivots, by articulated bodies without forming the mass matrix (Featherstone 2008, ch. 7, applied
     to mass_matrix · x = b: no velocity terms)."""
     convention = links.values.scene.options.base_velocity
-    nv = links.tree.nv
+    nv = links.nv
     rest, pivots, inverse = list(b), [0] * nv, [0] * nv
     columns: list[tuple[Vec, Vec]] = [(ZERO, ZERO)] * nv
     arrived = [_Articulated(inertia) for inertia in links.inertias]

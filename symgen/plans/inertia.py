@@ -114,7 +114,7 @@ def link_inertias(tree: Tree, links: Sequence[Link], values: Values) -> list[Ine
         if not link.carries:
             found.append(Inertia())
             continue
-        p = pseudo_inertia(tree.bodies[link.body].parts, values)
+        p = pseudo_inertia(tree.bodies[link.body].parts, values, tree.bodies[link.body].welds)
         body = Inertia(p[0][0], tuple(p[0][1:]), (p[1][1], p[2][2], p[3][3], p[1][2], p[1][3], p[2][3]))
         back = transpose(link.axes)
         about = shift(body, values.vector(scale(-1, link.shift)))

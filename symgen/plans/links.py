@@ -8,12 +8,14 @@ is exact, and none of it is trusted: whatever is computed from it is certified a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from symgen.algebra.linear import IDENTITY, Mat, Vec, dot, matmul, matvec, scale, transpose, vadd, vsub
 from symgen.scene.model import Joint
 from symgen.topology.tree import Tree
+from symgen.velocity.values import Values
 
 TURN, SLIDE, SCREW, BALL, FREE = "turn", "slide", "screw", "ball", "free"
 Z: Vec = (0, 0, 1)
@@ -66,11 +68,14 @@ class Link:
     """True for the last elementary link of a joint: the one the body's mass hangs on."""
     q: int
     v: int
+    """Places among all joint coordinates of the tree, coupled joints' own ones included."""
     turn: Mat
     offset: Vec
     axes: Mat
     """Link axes to the body's own axes: x_body = axes x_link + shift."""
     shift: Vec
+    loose: bool
+    """True when turn and offset are not exact numbers but scalars: they hold run-time arguments."""
     planar: bool
     """True when from here to the root every link's z is parallel to its parent's: then only the moments of inertia
     about z matter on the way, and turning does not change those."""
@@ -99,20 +104,25 @@ def axes_with_z(axis: Vec) -> Mat:
     return tuple(tuple(k * bi * bj - (1 if i == j else 0) for j, bj in enumerate(b)) for i, bi in enumerate(b))
 
 
-def lower(tree: Tree) -> tuple[Link, ...]:
-    """The elementary links of a tree, parents first, with origins slid to make offsets sparse."""
+def lower(tree: Tree, values: Values | None = None) -> tuple[Link, ...]:
+    """The elementary links of a tree, parents first, with origins slid to make offsets sparse. ``values`` are needed
+    where origins are run-time arguments."""
     links: list[Link] = []
     last: dict[int, int] = {-1: -1}
+    q = v = 0
     for body in tree.bodies:
         motions = elementary_motions(body.joint)
         parent = last[body.parent]
         rotation: Mat = body.joint.origin.rotation
         translation: Vec = body.joint.origin.translation
+        loose = values is not None and any(values.is_runtime(joint) for joint in body.mount)
+        if values is not None and loose:
+            rotation, translation = values.placed(body.mount, body.joint.origin)
         for place, motion in enumerate(motions):
             axes = axes_with_z(motion.axis)
             before = links[parent].axes if parent >= 0 else IDENTITY
             turn = matmul(transpose(before), matmul(rotation, axes))
-            parallel = motion.kind in (TURN, SLIDE, SCREW) and abs(turn[2][2]) == 1
+            parallel = not loose and motion.kind in (TURN, SLIDE, SCREW) and abs(turn[2][2]) == 1
             links.append(
                 Link(
                     index=len(links),
@@ -121,22 +131,24 @@ def lower(tree: Tree) -> tuple[Link, ...]:
                     joint=body.joint,
                     body=body.index,
                     carries=place == len(motions) - 1,
-                    q=body.q + motion.q,
-                    v=body.v + motion.v,
+                    q=q + motion.q,
+                    v=v + motion.v,
                     turn=turn,
                     offset=matvec(transpose(before), translation),
                     axes=axes,
                     shift=(0, 0, 0),
-                    planar=parent < 0 or (parallel and links[parent].planar),
+                    loose=loose,
+                    planar=(parent < 0 and not loose) or (parallel and links[parent].planar),
                 )
             )
             parent = len(links) - 1
-            rotation, translation = IDENTITY, (0, 0, 0)
+            rotation, translation, loose = IDENTITY, (0, 0, 0), False
         last[body.index] = parent
+        q, v = q + body.nq, v + body.nv
     return _slide_origins(tuple(links))
 
 
-def _offset_after(link: Link, slides: list[Fraction]) -> Vec:
+def _offset_after(link: Link, slides: Sequence[Fraction | int]) -> Vec:
     own = scale(slides[link.index], tuple(row[2] for row in link.turn))
     parent = (0, 0, slides[link.parent]) if link.parent >= 0 else (0, 0, 0)
     return vsub(vadd(link.offset, own), parent)
@@ -153,22 +165,24 @@ def _slide_origins(links: tuple[Link, ...]) -> tuple[Link, ...]:
     for link in links:
         if link.parent >= 0:
             children[link.parent].append(link)
-    slides = [Fraction(0)] * len(links)
+    slides: list[Fraction | int] = [0] * len(links)
 
     def cost(link: Link) -> int:
         return sum(_weight(near, _offset_after(near, slides)) for near in (link, *children[link.index]))
 
-    def candidates(link: Link) -> set[Fraction]:
+    def candidates(link: Link) -> set[Fraction | int]:
         found = {slides[link.index]}
         offset, axis = _offset_after(link, slides), tuple(row[2] for row in link.turn)
         found |= {slides[link.index] - x / a for x, a in zip(offset, axis, strict=True) if a != 0}
-        found |= {slides[link.index] + _offset_after(child, slides)[2] for child in children[link.index]}
+        found |= {
+            slides[link.index] + _offset_after(child, slides)[2] for child in children[link.index] if not child.loose
+        }
         return found
 
     for _ in range(4):
         changed = False
         for link in links:
-            if link.kind != TURN:
+            if link.kind != TURN or link.loose:
                 continue
             before, kept = cost(link), slides[link.index]
             options = []

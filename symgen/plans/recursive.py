@@ -96,7 +96,7 @@ def inverse_dynamics(links: Links, v: Sequence[Scalar], a: Sequence[Scalar], gra
     """τ without armature, springs and damping. Zero sequences of ``v`` or ``a`` (int 0) cost nothing."""
     motions = link_motions(links, v, a, gravity)
     convention = links.values.scene.options.base_velocity
-    tau: list[Scalar] = [0] * links.tree.nv
+    tau: list[Scalar] = [0] * links.nv
 
     def step(at: Moving, outer: tuple[Vec, Vec]) -> tuple[Vec, Vec]:
         link = at.link

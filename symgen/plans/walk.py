@@ -119,6 +119,11 @@ class Links:
     ground: Inertia
     """What regrouping moved to ground."""
 
+    @property
+    def nv(self) -> int:
+        """Velocities of all joints, coupled ones included: what plans work with."""
+        return sum(at.link.nv for at in self.moving)
+
     def phase(self, heading: str) -> AbstractContextManager[None]:
         """A heading for what is computed inside, in number types that keep headings."""
         keep: Callable[[str], AbstractContextManager[None]] | None = getattr(self.values.numbers, "phase", None)
@@ -202,6 +207,11 @@ class Lowered:
         return any(parameter.name.endswith((".mass", ".com", ".inertia")) for parameter in self.scene.parameters)
 
     @cached_property
+    def loose(self) -> bool:
+        """True when origins of joints are run-time arguments: then links are lowered for every number type."""
+        return any(parameter.name.endswith((".xyz", ".rpy")) for parameter in self.scene.parameters)
+
+    @cached_property
     def _exact(self) -> dict[bool, tuple[list[Inertia], Inertia]]:
         values = Values(self.scene, Rationals())
         given = link_inertias(self.tree, self.links, values)
@@ -209,17 +219,54 @@ class Lowered:
 
     def inertias(self, values: Values, regrouped: bool) -> tuple[list[Inertia], Inertia]:
         """Of every link, and of ground, as scalars of the number type of ``values``."""
-        if not self.parametric:
+        if not self.parametric and not self.loose:
             found, ground = self._exact[regrouped]
             return [_lift(inertia, values) for inertia in found], _lift(ground, values)
-        given = link_inertias(self.tree, self.links, values)
-        return regroup(self.links, given, values) if regrouped else (given, Inertia())
+        links = self.links_at(values)
+        given = link_inertias(self.tree, links, values)
+        return regroup(links, given, values) if regrouped else (given, Inertia())
+
+    def links_at(self, values: Values) -> tuple[Link, ...]:
+        return lower(self.tree, values) if self.loose else self.links
+
+    def joint_positions(self, values: Values, q: Sequence[Scalar]) -> list[Scalar]:
+        """Positions of all joints, coupled ones included, from the coordinates q."""
+        return [x for body in self.tree.bodies for x in values.positions(body, q)]
+
+    def joint_rates(self, values: Values, v: Sequence[Scalar]) -> list[Scalar]:
+        """Velocities (or accelerations) of all joints: G v."""
+        return [x for body in self.tree.bodies for x in values.rates(body, v)]
+
+    def reduce(self, values: Values, forces: Sequence[Scalar]) -> list[Scalar]:
+        """Gᵀ f: forces on all joints to forces on the coordinates."""
+        if not self.tree.coupled:
+            return list(forces)
+        found: list[Scalar] = [0] * self.tree.nv
+        start = 0
+        for body in self.tree.bodies:
+            for k in range(body.nv):
+                force = mul(values.multiplier(body), forces[start + k])
+                found[body.v + k] = add(found[body.v + k], force)
+            start += body.nv
+        return found
+
+    def reduce_columns(self, values: Values, matrix: Sequence[Sequence[Scalar]]) -> list[list[Scalar]]:
+        """A G: columns of all joints to columns of the coordinates."""
+        return [self.reduce(values, row) for row in matrix]
+
+    def reduce_matrix(self, values: Values, matrix: Sequence[Sequence[Scalar]]) -> list[list[Scalar]]:
+        """Gᵀ A G."""
+        if not self.tree.coupled:
+            return [list(row) for row in matrix]
+        columns = zip(*self.reduce_columns(values, matrix), strict=True)
+        return [list(row) for row in zip(*(self.reduce(values, column) for column in columns), strict=True)]
 
     def at(self, values: Values, q: Sequence[Scalar], regrouped: bool = True) -> Links:
-        """The links at q. With ``regrouped``, inertial parameters that joints cannot feel are moved to parents first
-        (the numbers are the same, the operations fewer)."""
+        """The links at the coordinates q. With ``regrouped``, inertial parameters that joints cannot feel are moved to
+        parents first (the numbers are the same, the operations fewer)."""
         inertias, ground = self.inertias(values, regrouped)
-        moving = tuple(_place(link, values, q) for link in self.links)
+        positions = self.joint_positions(values, q)
+        moving = tuple(_place(link, values, positions) for link in self.links_at(values))
         return Links(self.tree, values, moving, tuple(inertias), ground)
 
 

@@ -52,6 +52,15 @@ class Body:
 
 
 @dataclass(frozen=True)
+class Mimic:
+    """A linear coupling: the joint's position is multiplier · (position of ``joint``) + offset (URDF's mimic)."""
+
+    joint: str
+    multiplier: Fraction = Fraction(1)
+    offset: Fraction = Fraction(0)
+
+
+@dataclass(frozen=True)
 class Joint:
     """An edge of the graph. ``origin`` is the joint frame in the parent's frame; the child's
     frame coincides with the joint frame at zero position. ``axis`` (on the parent's side) and
@@ -71,6 +80,8 @@ class Joint:
     """The user asks that this joint be cut when it lies on a cycle."""
     limits: tuple[tuple[str, float], ...] = ()
     """What the source says of limits (lower, upper, velocity, effort); kept for the manifest."""
+    mimic: Mimic | None = None
+    """Moved by another joint: it has no coordinate of its own. One-dof joints only."""
 
 
 @dataclass(frozen=True)
@@ -161,6 +172,13 @@ class Scene:
     """Hash of the canonical form of the scene's meaning (not of its bytes)."""
     raw: dict[str, object] = field(default_factory=dict, compare=False, repr=False)
     """What snapping changed: {"joint name": original 3×3 rotation as floats}; for validators."""
+    description: object = field(default=None, compare=False, repr=False)
+    """What the scene was made from (`symgen.scene.document.Description`), where that can be changed and made again."""
+
+    @property
+    def runtime_origins(self) -> frozenset[str]:
+        """Joints whose origins are run-time arguments."""
+        return frozenset(p.name.rpartition(".")[0] for p in self.parameters if p.name.endswith((".xyz", ".rpy")))
 
     def body(self, name: str) -> Body:
         for body in self.bodies:

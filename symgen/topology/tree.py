@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cached_property
 
 import numpy as np
@@ -24,6 +25,14 @@ def compose(outer: Transform, inner: Transform) -> Transform:
 
 
 @dataclass(frozen=True)
+class Coupling:
+    """Position of a joint = multiplier · (coordinate of its master) + offset."""
+
+    multiplier: Fraction
+    offset: Fraction
+
+
+@dataclass(frozen=True)
 class TreeBody:
     """A moving rigid group and the tree joint that enters it."""
 
@@ -37,6 +46,12 @@ class TreeBody:
     """The bodies welded together, each with its pose in this body's frame; the first is the body itself."""
     q: int
     v: int
+    """Where the joint's coordinates start in q and v; a coupled joint's are its master's."""
+    coupling: Coupling | None = None
+    mount: tuple[Joint, ...] = ()
+    """The joints whose origins make up ``joint.origin``: the fixed ones since the parent, and the joint itself."""
+    welds: tuple[tuple[Joint, ...], ...] = ()
+    """Per part, the fixed joints that lead to it from this body."""
 
     @property
     def nq(self) -> int:
@@ -55,14 +70,21 @@ class Tree:
     cut_joints: tuple[Joint, ...]
     frames: Mapping[str, tuple[int, Transform]]
     """Every body and every named frame: (index of the tree body it is fixed in, −1 for ground; its pose there)."""
+    welds: Mapping[str, tuple[Joint, ...]]
+    """Every body and named frame: the fixed joints on the way there from the tree body it is fixed in."""
 
-    @property
+    @cached_property
     def nq(self) -> int:
-        return sum(body.nq for body in self.bodies)
+        """Independent coordinates: coupled joints have none."""
+        return sum(body.nq for body in self.bodies if body.coupling is None)
 
-    @property
+    @cached_property
     def nv(self) -> int:
-        return sum(body.nv for body in self.bodies)
+        return sum(body.nv for body in self.bodies if body.coupling is None)
+
+    @cached_property
+    def coupled(self) -> bool:
+        return any(body.coupling is not None for body in self.bodies)
 
     def path(self, index: int) -> tuple[int, ...]:
         """Bodies from the root to ``index``, both ends included."""
@@ -108,7 +130,27 @@ class _Walk:
 
     bodies: list[TreeBody]
     parts: list[list[tuple[Body, Transform]]]
+    welds: list[list[tuple[Joint, ...]]]
     frames: dict[str, tuple[int, Transform]]
+    chains: dict[str, tuple[Joint, ...]]
+
+    def enter(self, joint: Joint, parent: int, pose: Transform, chain: tuple[Joint, ...], body: Body) -> int:
+        """Put a body where its joint leads; the index of the tree body it is part of."""
+        origin = compose(pose, joint.origin)
+        chain = (*chain, joint)
+        if joint.type == "fixed":
+            home, here = parent, origin
+            if home >= 0:
+                self.parts[home].append((body, here))
+                self.welds[home].append(chain)
+        else:
+            home, here = len(self.bodies), Transform()
+            self.bodies.append(TreeBody(body.name, home, parent, replace(joint, origin=origin), (), 0, 0, mount=chain))
+            self.parts.append([(body, here)])
+            chain = ()
+            self.welds.append([chain])
+        self.frames[body.name], self.chains[body.name] = (home, here), chain
+        return home
 
 
 def build_tree(scene: Scene) -> Tree:
@@ -118,30 +160,44 @@ def build_tree(scene: Scene) -> Tree:
     for joint in joints:
         outgoing.setdefault(joint.parent, []).append(joint)
     body_by_name = {body.name: body for body in scene.bodies}
-    walk = _Walk([], [], {GROUND: (-1, Transform())})
-    q = v = 0
-    stack = [(joint, -1, Transform()) for joint in reversed(outgoing.get(GROUND, []))]
+    walk = _Walk([], [], [], {GROUND: (-1, Transform())}, {GROUND: ()})
+    stack = [(joint, -1) for joint in reversed(outgoing.get(GROUND, []))]
     while stack:
-        joint, parent, pose = stack.pop()
-        body = body_by_name[joint.child]
-        origin = compose(pose, joint.origin)
-        if joint.type == "fixed":
-            home, here = parent, origin
-            if home >= 0:
-                walk.parts[home].append((body, here))
-        else:
-            home, here = len(walk.bodies), Transform()
-            moved = replace(joint, origin=origin)
-            walk.bodies.append(TreeBody(body.name, home, parent, moved, (), q, v))
-            walk.parts.append([(body, here)])
-            q, v = q + JOINT_TYPES[joint.type].nq, v + JOINT_TYPES[joint.type].nv
-        walk.frames[body.name] = (home, here)
-        stack.extend((child, home, here) for child in reversed(outgoing.get(body.name, [])))
+        joint, parent = stack.pop()
+        pose = walk.frames[joint.parent][1]
+        home = walk.enter(joint, parent, pose, walk.chains[joint.parent], body_by_name[joint.child])
+        stack.extend((child, home) for child in reversed(outgoing.get(joint.child, [])))
     for frame in scene.frames:
         home, pose = walk.frames[frame.body]
         walk.frames[frame.name] = (home, compose(pose, frame.origin))
-    bodies = tuple(
-        TreeBody(body.name, body.index, body.parent, body.joint, tuple(parts), body.q, body.v)
-        for body, parts in zip(walk.bodies, walk.parts, strict=True)
-    )
-    return Tree(bodies, cut, walk.frames)
+        walk.chains[frame.name] = walk.chains[frame.body]
+    return Tree(_with_coordinates(walk), cut, walk.frames, walk.chains)
+
+
+def _with_coordinates(walk: _Walk) -> tuple[TreeBody, ...]:
+    """Places in q and v: own ones depth first, coupled joints at those of their masters."""
+    places: dict[str, tuple[int, int]] = {}
+    q = v = 0
+    for body in walk.bodies:
+        if body.joint.mimic is None:
+            places[body.joint.name] = (q, v)
+            q, v = q + body.nq, v + body.nv
+    joints = {body.joint.name: body.joint for body in walk.bodies}
+    found = []
+    for body, parts, welds in zip(walk.bodies, walk.parts, walk.welds, strict=True):
+        master, coupling = _coupling(body.joint, joints)
+        q, v = places[master]
+        found.append(replace(body, parts=tuple(parts), welds=tuple(welds), q=q, v=v, coupling=coupling))
+    return tuple(found)
+
+
+def _coupling(joint: Joint, joints: Mapping[str, Joint]) -> tuple[str, Coupling | None]:
+    """The master whose coordinate moves a joint, and how: a mimic of a mimic is composed."""
+    if joint.mimic is None:
+        return joint.name, None
+    multiplier, offset, master = Fraction(1), Fraction(0), joint
+    while master.mimic is not None:
+        offset += multiplier * master.mimic.offset
+        multiplier *= master.mimic.multiplier
+        master = joints[master.mimic.joint]
+    return master.name, Coupling(multiplier, offset)

@@ -82,22 +82,34 @@ def kinematics(tree: Tree, values: Values, q: Sequence[Scalar]) -> Kinematics:
     motions: list[JointMotion] = []
     for body in tree.bodies:
         parent = poses[body.parent] if body.parent >= 0 else GROUND_POSE
-        rotation, translation = values.transform(body.joint.origin)
+        rotation, translation = values.placed(body.mount, body.joint.origin)
         joint_axes, joint_origin = matmul(parent.rotation, rotation), parent.point(translation)
         row = JOINT_TABLE[body.joint.type]
-        turn, slide = row.pose(body.joint, tuple(q[body.q : body.q + body.nq]), values)
+        turn, slide = row.pose(body.joint, values.positions(body, q), values)
         pose = Pose(matmul(joint_axes, turn), vadd(joint_origin, matvec(joint_axes, slide)))
         placement = Placement(joint_axes, pose.rotation, values.scene.options.base_velocity)
         on_child = row.reference == CHILD
         poses.append(pose)
         motions.append(
             JointMotion(
-                row.columns(body.joint, placement, values),
+                _coupled(row.columns(body.joint, placement, values), values.multiplier(body)),
                 pose.origin if on_child else joint_origin,
                 body.index if on_child else body.parent,
             )
         )
     return Kinematics(tree, tuple(poses), tuple(motions))
+
+
+def _coupled(columns: tuple[Column, ...], multiplier: Scalar) -> tuple[Column, ...]:
+    """Columns for the velocity of the joint's master."""
+    if type(multiplier) is int and multiplier == 1:
+        return columns
+    return tuple(Column(scale(multiplier, c.w), scale(multiplier, c.v), c.carrier) for c in columns)
+
+
+def _gather(found: dict[int, Vec], index: int, column: Vec) -> None:
+    """Joints that share a velocity (coupled ones) add their columns."""
+    found[index] = vadd(found[index], column) if index in found else column
 
 
 @dataclass(frozen=True)
@@ -155,7 +167,7 @@ def point_columns(at: Kinematics, body: int, point: Vec) -> dict[int, Vec]:
         motion = at.motions[j]
         d = vsub(point, motion.reference)
         for k, column in enumerate(motion.columns):
-            found[at.tree.bodies[j].v + k] = vadd(column.v, cross(column.w, d))
+            _gather(found, at.tree.bodies[j].v + k, vadd(column.v, cross(column.w, d)))
     return found
 
 
@@ -164,7 +176,7 @@ def vector_columns(at: Kinematics, body: int, vector: Vec) -> dict[int, Vec]:
     found: dict[int, Vec] = {}
     for j in at.tree.path(body):
         for k, column in enumerate(at.motions[j].columns):
-            found[at.tree.bodies[j].v + k] = cross(column.w, vector)
+            _gather(found, at.tree.bodies[j].v + k, cross(column.w, vector))
     return found
 
 
@@ -180,7 +192,8 @@ def point_column_rates(at: Kinematics, moving: Sequence[Twist], rates: Rates, bo
         d = vsub(point, motion.reference)
         d_rate = vsub(velocity, point_velocity(at, moving, motion.reference_body, motion.reference))
         for k, (column, (w_rate, v_rate)) in enumerate(zip(motion.columns, rates[j], strict=True)):
-            found[at.tree.bodies[j].v + k] = vadd(v_rate, vadd(cross(w_rate, d), cross(column.w, d_rate)))
+            rate = vadd(v_rate, vadd(cross(w_rate, d), cross(column.w, d_rate)))
+            _gather(found, at.tree.bodies[j].v + k, rate)
     return found
 
 
@@ -192,7 +205,8 @@ def vector_column_rates(
     found: dict[int, Vec] = {}
     for j in at.tree.path(body):
         for k, (column, (w_rate, _)) in enumerate(zip(at.motions[j].columns, rates[j], strict=True)):
-            found[at.tree.bodies[j].v + k] = vadd(cross(w_rate, vector), cross(column.w, vector_rate))
+            rate = vadd(cross(w_rate, vector), cross(column.w, vector_rate))
+            _gather(found, at.tree.bodies[j].v + k, rate)
     return found
 
 
@@ -238,6 +252,8 @@ def integrate(tree: Tree, values: Values, state: State) -> Vec:
     """q after moving with velocity v for the time dt, on the manifold."""
     found: list[Scalar] = []
     for body in tree.bodies:
+        if body.coupling is not None:
+            continue
         step = tuple(state.dt * x for x in state.v[body.v : body.v + body.nv])
         row = JOINT_TABLE[body.joint.type]
         found.extend(row.integrate(body.joint, tuple(state.q[body.q : body.q + body.nq]), step, values))

@@ -13,11 +13,12 @@ from hypothesis import strategies as st
 from symgen.algebra.field import MERSENNE_61, FieldNumbers, Residue
 from symgen.algebra.linear import dot
 from symgen.algebra.numbers import State
+from symgen.certificate import Candidate, Certifier
 from symgen.plans import composite, coriolis, factor, recursive
 from symgen.plans.build import FAMILIES, PLANNED, build, families_of, flatten
-from symgen.program.evaluate import evaluate
-from symgen.program.instructions import count
-from symgen.scene.model import JointSpring, Options, Output, Parameter, Scene, Spring
+from symgen.program.evaluate import evaluate_residues
+from symgen.program.instructions import Program, count
+from symgen.scene.model import JointSpring, Mimic, Options, Output, Parameter, Scene, Spring
 from symgen.system import System, derive
 from tests.natural.trees import random_scene
 
@@ -62,6 +63,10 @@ def equal(a: Any, b: Any) -> bool:
     return len(left) == len(right) and all(Residue(0, MERSENNE_61) + x == y for x, y in zip(left, right, strict=True))
 
 
+def with_armature(m: list[list[Any]], armature: Any) -> list[list[Any]]:
+    return [[x + armature[i] if i == j else x for j, x in enumerate(row)] for i, row in enumerate(m)]
+
+
 @given(seeds)
 @few
 def test_plans_run_in_the_field_itself(seed: int) -> None:
@@ -75,14 +80,16 @@ def test_plans_run_in_the_field_itself(seed: int) -> None:
     for regrouped in (True, False):
         links = system.lowered.at(literal.values, state.q, regrouped)
         gravity = literal.values.gravity()
-        m = composite.mass_matrix(links, literal.armature)
+        m = with_armature(composite.mass_matrix(links), literal.armature)
         assert equal([dot(row, x) for row in m], literal.mass_matrix_times(x))
         bias = recursive.inverse_dynamics(links, state.v, [0] * system.tree.nv, gravity)
         assert equal([a + b for a, b in zip(literal.coriolis_force(), literal.gravity_force(), strict=True)], bias)
         c = coriolis.coriolis_matrix(links, state.v)
         assert equal([dot(row, x) for row in c], literal.coriolis_times(x))
         assert equal(coriolis.gravity_force(links, gravity), literal.gravity_force())
-        assert equal(coriolis.kinetic_energy(links, state.v, literal.armature), literal.kinetic_energy())
+        motors = [extra * rate * rate for extra, rate in zip(literal.armature, state.v, strict=True)]
+        twice = sum(motors, coriolis.twice_kinetic_energy(links, state.v))
+        assert equal(twice, 2 * literal.kinetic_energy())
         energy = coriolis.gravity_energy(links, gravity) + literal.spring_energy()
         assert equal(energy, literal.potential_energy())
 
@@ -97,7 +104,7 @@ def test_solvers_solve(seed: int) -> None:
     state = state_of(system, numbers, rng)
     literal = system.literal(numbers, state)
     links = system.lowered.at(literal.values, state.q)
-    m = composite.mass_matrix(links, literal.armature)
+    m = with_armature(composite.mass_matrix(links), literal.armature)
     products = []
     for x, pivots in (
         factor.solve_ltdl(links, m, state.tau),
@@ -138,36 +145,68 @@ def test_velocity_identities(seed: int) -> None:
     assert equal(literal.coriolis_times(state.v), literal.coriolis_force())
 
 
-@given(seeds)
-@settings(max_examples=6, deadline=None)
-def test_programs_of_every_family(seed: int) -> None:
-    """The optimised program of each family, with inertial parameters at run time, against the literal form."""
-    scene = scene_of(seed)
-    body = scene.bodies[-1]
-    parameters = (
-        Parameter(f"{body.name}.mass", (body.mass,), "kg", 0),
-        Parameter(f"{body.name}.com", body.com, "m", 1),
-        Parameter(f"{body.name}.inertia", body.inertia, "kg.m^2", 4),
-        Parameter("gravity", scene.gravity, "m/s^2", 10),
-        Parameter("s.stiffness", (F(3),), "N/m", 13),
+SINGLE = ("revolute", "continuous", "prismatic")
+
+
+def coupled(scene: Scene, rng: random.Random) -> Scene:
+    """Some of the one-dof joints made followers of others, chains included."""
+    single = [joint.name for joint in scene.joints if joint.type in SINGLE]
+    rng.shuffle(single)
+    masters = {name: single[k - 1] for k, name in enumerate(single) if k and rng.randrange(2)}
+    return replace(
+        scene,
+        joints=tuple(
+            replace(joint, mimic=Mimic(masters[joint.name], F(rng.choice((-1, 1, 3)), 2), F(rng.randint(0, 2), 3)))
+            if joint.name in masters
+            else joint
+            for joint in scene.joints
+        ),
     )
-    scene = replace(scene, parameters=parameters, joints=tuple(replace(j, armature=F(1, 9)) for j in scene.joints))
-    system, numbers, rng = derive(scene), FieldNumbers(MERSENNE_61, seed), random.Random(seed)
-    state = state_of(system, numbers, rng)
-    inputs = {"q": state.q, "v": state.v, "a": state.a, "tau": state.tau, "dt": (state.dt,), "p": state.p}
-    literal = system.literal(numbers, state)
+
+
+def with_parameters(scene: Scene, rng: random.Random) -> Scene:
+    """Inertial parameters, gravity, a spring and the geometry of two joints at run time."""
+    body, names = scene.bodies[-1], list[tuple[str, tuple[F, ...]]]()
+    names += [(f"{body.name}.mass", (body.mass,)), (f"{body.name}.com", body.com)]
+    names += [(f"{body.name}.inertia", body.inertia), ("gravity", scene.gravity), ("s.stiffness", (F(3),))]
+    names += [("s.point1", (F(1), F(0), F(1, 3)))]
+    for joint in rng.sample(scene.joints, min(2, len(scene.joints))):
+        if joint.type != "floating":
+            names.append((f"{joint.name}.xyz", joint.origin.translation))
+        if joint.type != "floating" and rng.randrange(2):
+            names.append((f"{joint.name}.rpy", (F(0), F(0), F(0))))
+        if joint.type in SINGLE:
+            names.append((f"{joint.name}.offset", (F(0),)))
+    found, start = [], 0
+    for name, default in names:
+        found.append(Parameter(name, default, "", start))
+        start += len(default)
+    return replace(scene, parameters=tuple(found))
+
+
+@given(seeds, st.booleans(), st.booleans())
+@settings(max_examples=8, deadline=None)
+def test_programs_of_every_family(seed: int, runtime: bool, couplings: bool) -> None:
+    """The optimised program of each family is certified, with parameters at run time and with coupled joints."""
+    rng = random.Random(seed)
+    scene = scene_of(seed)
+    scene = replace(scene, joints=tuple(replace(j, armature=F(1, 9)) for j in scene.joints))
+    scene = coupled(scene, rng) if couplings else scene
+    system = derive(with_parameters(scene, rng) if runtime else scene)
+    certifier = Certifier(system, str(seed))
     for row in PLANNED:
         output = Output(row, (row,))
-        for family in families_of(output):
+        for family in families_of(output, system.tree):
             program = build(system.lowered, system.natural, output, family)
-            results = evaluate(program, numbers, inputs)
-            if row == "forward_dynamics":
-                found = [
-                    m + h for m, h in zip(literal.mass_matrix_times(results["a"]), literal.bias_force(), strict=True)
-                ]
-                assert equal(found, state.tau), family
-            else:
-                assert equal(next(iter(results.values())), getattr(literal, row)()), (row, family)
+            certifier.certify(output, program, [Candidate(f"{row} by {family}", evaluator(program))])
+
+
+def evaluator(program: Program) -> Any:
+    def evaluate(numbers: FieldNumbers, inputs: Any) -> dict[str, list[int]]:
+        values = evaluate_residues(program, numbers, inputs)
+        return {port.name: [values[i] for i in row] for port, row in zip(program.outputs, program.results, strict=True)}
+
+    return evaluate
 
 
 def test_families_have_different_names() -> None:
