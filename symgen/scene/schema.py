@@ -13,6 +13,7 @@ from difflib import get_close_matches
 from fractions import Fraction
 from functools import lru_cache
 from importlib import resources
+from itertools import islice
 from typing import Any
 
 from jsonschema import Draft202012Validator, validators
@@ -30,6 +31,8 @@ SUPERSEDED = {
     "loops": "a loop is an ordinary joint between two bodies; list it under 'joints'",
 }
 """Keys people try, and what to do instead."""
+MAX_FINDINGS = 1000
+"""Looked at to choose the one that is shown: a file that is wrong everywhere must not take minutes to refuse."""
 
 
 def did_you_mean(word: str, choices: Iterable[str]) -> str:
@@ -74,7 +77,7 @@ def check_schema(document: Document) -> None:
     data = document.data
     if not isinstance(data, dict):
         raise SceneError(f"a scene is a mapping that starts with 'name: …', not {_say(data)}", document.place())
-    findings = [_finding(error) for error in _validator().iter_errors(data)]
+    findings = [_finding(error) for error in islice(_validator().iter_errors(data), MAX_FINDINGS)]
     if findings:
         raise _explain(min(findings, key=lambda f: _rank(f, document)), document)
 

@@ -16,6 +16,8 @@ from symgen.errors import SceneError
 from symgen.scene.document import clean
 
 MAX_DEPTH = 60
+MAX_ELEMENTS = 200_000
+"""Largest file read: a robot has some thousands."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,7 @@ class _Handler(ContentHandler):
         self.file = file
         self.root: Element | None = None
         self.stack: list[Element] = []
+        self.count = 0
         self.locator: Locator | None = None
 
     def setDocumentLocator(self, locator: Locator) -> None:
@@ -51,6 +54,9 @@ class _Handler(ContentHandler):
         element = Element(name, {key: attrs.getValue(key) for key in attrs.getNames()}, line)
         if len(self.stack) >= MAX_DEPTH:
             raise SceneError(f"nested more than {MAX_DEPTH} deep", f"{self.file}:{line}")
+        self.count += 1
+        if self.count > MAX_ELEMENTS:
+            raise SceneError(f"has more than {MAX_ELEMENTS} elements", f"{self.file}:{line}")
         if self.stack:
             self.stack[-1].children.append(element)
         elif self.root is None:
