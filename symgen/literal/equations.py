@@ -70,7 +70,7 @@ class Literal:
     def moving(self) -> tuple[Entity, ...]:
         return tuple(self.natural.entities[k] for k in self.natural.moving)
 
-    def _components(self, x: Vec) -> Vec:
+    def components(self, x: Vec) -> Vec:
         """Ground-axes vector → the rows an entity occupies (its in-plane components in planar scenes)."""
         if self.natural.plane is None:
             return x
@@ -87,14 +87,14 @@ class Literal:
             return {body.v: (self.values.multiplier(body),)}
         find = motion.point_columns if entity.kind == "point" else motion.vector_columns
         found = find(self.at, entity.home, self._local(entity))
-        return {j: self._components(column) for j, column in found.items()}
+        return {j: self.components(column) for j, column in found.items()}
 
     def _column_rates(self, entity: Entity) -> Columns:
         if entity.kind == "angle":
             return {}
         find = motion.point_column_rates if entity.kind == "point" else motion.vector_column_rates
         found = find(self.at, self.twists, self.rates, entity.home, self._local(entity))
-        return {j: self._components(column) for j, column in found.items()}
+        return {j: self.components(column) for j, column in found.items()}
 
     @cached_property
     def r_columns(self) -> tuple[Columns, ...]:
@@ -213,7 +213,7 @@ class Literal:
                 full = motion.point_bias(at, twists, bias, entity.home, place)
             else:
                 full = motion.vector_bias(twists, bias, entity.home, place)
-            found.append(self._components(full))
+            found.append(self.components(full))
         return found
 
     def natural_bias_acceleration(self) -> Vec:
@@ -236,7 +236,7 @@ class Literal:
 
     def gravity_force(self) -> Vec:
         """−RᵀQ with Q_b = M_b γ: γ = g at every point, ground-fixed ones included, 0 at every vector."""
-        g = self._components(self.values.gravity())
+        g = self.components(self.values.gravity())
         field = {k: g for k, entity in enumerate(self.natural.entities) if entity.kind == "point"}
         return vneg(tuple(self.apply_transposed(self._mass_times(field))))
 
@@ -301,12 +301,14 @@ class Literal:
             found.append((home, self.at.pose(home).point(inside)))
         return found[0], found[1]
 
-    def _spring_force(self, spring: Spring) -> Columns:
-        """Left-hand side of a spring: −Jᵀ of its pull. The pull per unit of d is k(1 − L/ℓ) + c ḋ·d/ℓ², so that
-        neither a root nor a division is needed without length and damping."""
+    def spring_pull(self, spring: Spring) -> tuple[tuple[int, Vec], tuple[int, Vec], Vec] | None:
+        """(tree body, point) of both ends and the force on the first, ground axes; None inside one rigid body.
+
+        The pull per unit of d is k(1 − L/ℓ) + c ḋ·d/ℓ², so that neither a root nor a division is needed without length
+        and damping."""
         (first, a), (second, b) = self._ends(spring)
         if first == second:
-            return {}  # inside one rigid body
+            return None
         d = vsub(b, a)
         square = dot(d, d)
         length, damping = self.values.force(spring, "length"), self.values.force(spring, "damping")
@@ -320,7 +322,14 @@ class Literal:
                 motion.point_velocity(self.at, self.twists, first, a),
             )
             pull = add(pull, mul(damping, dot(d, d_rate)) / square)
-        force = scale(pull, d)
+        return (first, a), (second, b), scale(pull, d)
+
+    def _spring_force(self, spring: Spring) -> Columns:
+        """Left-hand side of a spring: −Jᵀ of its pull."""
+        pulled = self.spring_pull(spring)
+        if pulled is None:
+            return {}
+        (first, a), (second, b), force = pulled
         found: Columns = {}
         for sign, body, point in ((-1, first, a), (1, second, b)):
             for j, column in motion.point_columns(self.at, body, point).items() if body >= 0 else ():

@@ -141,15 +141,18 @@ def _planar_blocks(inverse: Mat, pseudo: Mat, basis: Mat, values: InertialValues
     )
 
 
-def entity_mass(natural: NaturalCoordinates, tree: Tree, values: InertialValues) -> dict[tuple[int, int], Any]:
+def entity_mass(
+    natural: NaturalCoordinates, tree: Tree, values: InertialValues, given: Sequence[Mat] | None = None
+) -> dict[tuple[int, int], Any]:
     """(i, j) → block of M between entities i and j, ground-fixed ones included, both orders, zeros left out.
 
     In space a block is a scalar μ that stands for μ·1₃; in planar scenes a 2×2 tuple of rows. Needed with the
-    ground's rows and columns for gravity: Q_b = M_b γ, γ = g at points and 0 at vectors.
+    ground's rows and columns for gravity: Q_b = M_b γ, γ = g at points and 0 at vectors. ``given``: pseudo-inertias in
+    place of the bodies' own.
     """
     total: dict[tuple[int, int], Any] = {}
     for body in tree.bodies:
-        pseudo = pseudo_inertia(body.parts, values, body.welds)
+        pseudo = given[body.index] if given is not None else pseudo_inertia(body.parts, values, body.welds)
         inverse, carriers = natural.W_inverse[body.index], natural.carriers[body.index]
         if natural.plane is None:
             blocks = _spatial_blocks(inverse, pseudo, values)
