@@ -128,7 +128,7 @@ def reduction_rows(context: Context) -> Iterator[Row]:
     armature = np.zeros(context.mechanism.nv)
     values = {joint.name: joint.armature for joint in context.mechanism.scene.joints}
     for link in context.mechanism.links:
-        armature[link.v] = float(values[link.joint.name])
+        armature[link.v] += link.factor**2 * float(values[link.joint.name])
     for q, _v, _a, _tau in context.states:
         R, M = f("velocity_transformation", q), f("mass_matrix", q)
         worst = max(worst, norm(R.T @ Mn @ R + np.diag(armature) - M) / norm(M))

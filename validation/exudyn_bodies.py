@@ -47,6 +47,8 @@ def refusal(scene: Scene) -> str:
     """Why this formulation cannot hold the scene, or nothing."""
     sprung = {force.joint for force in scene.forces if isinstance(force, JointSpring)}
     for joint in scene.joints:
+        if joint.mimic is not None:
+            return f"joint {joint.name} is coupled to {joint.mimic.joint}"
         if joint.type == "helical":
             if joint.parent == GROUND:
                 continue  # its passive parts act on the carrier's own angle

@@ -131,6 +131,8 @@ class TreeModel:
 def refusal(scene: Scene) -> str:
     """Why this formulation cannot hold the scene, or nothing."""
     for joint in scene.joints:
+        if joint.mimic is not None:
+            return f"joint {joint.name} is coupled to {joint.mimic.joint}"
         if joint.armature and joint.type in ("spherical", "floating"):
             return f"armature on the {joint.type} joint {joint.name} has no place in a kinematic tree's angles"
     return ""

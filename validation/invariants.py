@@ -63,7 +63,7 @@ def energy(mechanism: Mechanism, q: Array, v: Array) -> tuple[float, float]:
     motions = link_motions(mechanism, q, v, poses)
     gravity, kinetic, potential = vector(mechanism.scene.gravity), 0.0, 0.0
     for link, here, motion in zip(mechanism.links, poses, motions, strict=True):
-        kinetic += 0.5 * float(link.joint.armature) * float(v[link.v] @ v[link.v])
+        kinetic += 0.5 * float(link.joint.armature) * float(link.rate(v) @ link.rate(v))
         for body, local in link.parts:
             m, place = float(body.mass), here @ local
             centre = place.apply(vector(body.com))
@@ -86,7 +86,7 @@ def spring_energy(mechanism: Mechanism, q: Array, poses: list[Pose]) -> float:
             stretch = float(np.linalg.norm(ends[1] - ends[0])) - float(force.length)
             stored += 0.5 * float(force.stiffness) * stretch**2
         else:
-            turned = q[joints[force.joint].q] - float(force.rest)
+            turned = joints[force.joint].position(q) - float(force.rest)
             stored += 0.5 * float(force.stiffness) * float(turned @ turned)
     return stored
 
@@ -128,6 +128,8 @@ def is_isolated(mechanism: Mechanism, members: list[int]) -> bool:
     root = mechanism.links[members[0]].joint
     if root.damping or (root.armature and root.type not in ONE_AXIS):
         return False
+    if any(link.coupling is not None for link in mechanism.links):
+        return False  # a coupling acts on both of its joints
     for force in mechanism.scene.forces:
         if isinstance(force, JointSpring):
             if force.joint == root.name:

@@ -7,7 +7,7 @@ cannot hide here; agreement of the coordinate order is checked by name (`order_m
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -53,6 +53,21 @@ class Link:
     parts: tuple[tuple[Body, Pose], ...]
     q: slice
     v: slice
+    coupling: tuple[float, float] | None = None
+    """(multiplier, offset) of a mimic joint: ``q`` and ``v`` are then its master's places."""
+
+    @property
+    def factor(self) -> float:
+        """∂(the joint's own velocity)/∂v[self.v]."""
+        return self.coupling[0] if self.coupling else 1.0
+
+    def position(self, q: Array) -> Array:
+        """The joint's own coordinates."""
+        return q[self.q] if self.coupling is None else self.coupling[0] * q[self.q] + self.coupling[1]
+
+    def rate(self, v: Array) -> Array:
+        """The joint's own velocities (and accelerations, alike)."""
+        return v[self.v] if self.coupling is None else self.coupling[0] * v[self.v]
 
     @property
     def axis(self) -> Array:
@@ -135,7 +150,9 @@ def build_mechanism(scene: Scene, raw: dict[str, Array] | None = None) -> Mechan
                 parts.setdefault(index, []).append((scene.body(joint.child), origin))
             else:
                 kind = JOINT_TYPES[joint.type]
-                q, v = slice(sizes[0], sizes[0] + kind.nq), slice(sizes[1], sizes[1] + kind.nv)
+                own = joint.mimic is None
+                q = slice(sizes[0], sizes[0] + kind.nq * own)
+                v = slice(sizes[1], sizes[1] + kind.nv * own)
                 sizes[0], sizes[1] = q.stop, v.stop
                 frames[joint.child] = (len(links), IDENTITY)
                 parts[len(links)] = [(scene.body(joint.child), IDENTITY)]
@@ -149,11 +166,23 @@ def build_mechanism(scene: Scene, raw: dict[str, Array] | None = None) -> Mechan
     for frame in scene.frames:
         index, local = frames[frame.body]
         frames[frame.name] = (index, local @ pose(frame.origin))
-    done = tuple(
-        Link(link.name, link.joint, link.parent, link.origin, tuple(parts[i]), link.q, link.v)
-        for i, link in enumerate(links)
-    )
+    masters = {link.joint.name: link for link in links}
+    done = tuple(couple(scene, replace(link, parts=tuple(parts[i])), masters) for i, link in enumerate(links))
     return Mechanism(scene, done, frames, sizes[0], sizes[1])
+
+
+def couple(scene: Scene, link: Link, links: dict[str, Link]) -> Link:
+    """A mimic joint's link at its master's places (mimics of mimics composed); any other as it is."""
+    mimic, multiplier, offset = link.joint.mimic, Fraction(1), Fraction(0)
+    if mimic is None:
+        return link
+    while mimic is not None:
+        offset += multiplier * mimic.offset
+        multiplier *= mimic.multiplier
+        master = mimic.joint
+        mimic = scene.joint(master).mimic
+    coupling = (float(multiplier), float(offset))
+    return replace(link, q=links[master].q, v=links[master].v, coupling=coupling)
 
 
 def order_matches(mechanism: Mechanism, names: Sequence[str], starts: Sequence[tuple[int, int]]) -> bool:
@@ -251,7 +280,7 @@ def link_poses(mechanism: Mechanism, q: Array) -> list[Pose]:
     poses: list[Pose] = []
     for link in mechanism.links:
         parent = IDENTITY if link.parent < 0 else poses[link.parent]
-        poses.append(parent @ link.origin @ joint_pose(link, q[link.q]))
+        poses.append(parent @ link.origin @ joint_pose(link, link.position(q)))
     return poses
 
 
@@ -262,7 +291,7 @@ def link_motions(mechanism: Mechanism, q: Array, v: Array, poses: Sequence[Pose]
         base = IDENTITY if link.parent < 0 else poses[link.parent]
         carried = Motion(np.zeros(3), np.zeros(3)) if link.parent < 0 else motions[link.parent]
         own = joint_motion(
-            link, q[link.q], v[link.v], base.rotation @ link.origin.rotation, here.rotation,
+            link, link.position(q), link.rate(v), base.rotation @ link.origin.rotation, here.rotation,
             mechanism.scene.options.base_velocity,
         )  # fmt: skip
         motions.append(Motion(carried.at(here.position - base.position) + own.linear, carried.angular + own.angular))
@@ -291,6 +320,8 @@ def position_rate(mechanism: Mechanism, q: Array, v: Array) -> Array:
     rate = np.zeros(mechanism.nq)
     base_velocity = mechanism.scene.options.base_velocity
     for link in mechanism.links:
+        if link.coupling is not None:
+            continue
         qj, vj = q[link.q], v[link.v]
         if link.joint.type == "spherical":
             rate[link.q] = quaternion_rate(qj, vj)
@@ -309,6 +340,8 @@ def random_state(mechanism: Mechanism, rng: np.random.Generator) -> tuple[Array,
     """Joint angles within ±π, displacements within ±1 m, random unit quaternions, velocities within ±2."""
     q = rng.uniform(-1.0, 1.0, mechanism.nq)
     for link in mechanism.links:
+        if link.coupling is not None:
+            continue
         kind = JOINT_TYPES[link.joint.type]
         scale = np.array([np.pi if unit == "rad" else 1.0 for unit in kind.q_units])
         q[link.q] *= scale

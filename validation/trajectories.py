@@ -125,7 +125,7 @@ def start_state(mechanism: Mechanism, seed: int) -> tuple[Array, Array]:
     q, v, _a, _tau = sample_states(mechanism, 1, seed)
     start, units = q[0].copy(), 0.2
     for link in mechanism.links:
-        if link.joint.type not in ("spherical", "floating"):
+        if link.joint.type not in ("spherical", "floating") and link.coupling is None:
             start[link.q] *= units
     return start, 0.5 * v[0]
 
@@ -247,6 +247,8 @@ def coordinate_names(mechanism: Mechanism) -> tuple[str, ...]:
     quaternion = ("qx", "qy", "qz", "qw")
     parts |= {"spherical": quaternion, "floating": ("x", "y", "z", *quaternion)}
     for link in mechanism.links:
+        if link.coupling is not None:
+            continue
         suffixes = parts.get(link.joint.type, ())
         names.extend([f"{link.joint.name}.{suffix}" for suffix in suffixes] or [link.joint.name])
     return tuple(names)
