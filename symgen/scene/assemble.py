@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from symgen.errors import SceneError
 from symgen.scene.canonical import with_hash
 from symgen.scene.checks import check_scene, is_idle
-from symgen.scene.document import Document, Route, read_bytes
+from symgen.scene.document import Description, Document, Places, Route, read_bytes
 from symgen.scene.exact import unit_vector
 from symgen.scene.lock import lock_joints
 from symgen.scene.model import (
@@ -20,6 +20,7 @@ from symgen.scene.model import (
     Frame,
     Joint,
     JointSpring,
+    Mimic,
     Options,
     Output,
     Scene,
@@ -27,11 +28,12 @@ from symgen.scene.model import (
     Transform,
     Vector,
 )
+from symgen.scene.models import Model, read_model
 from symgen.scene.mounts import Mounts
 from symgen.scene.outputs import check_outputs, frame_names
+from symgen.scene.overlay import over_model, remove_subtrees
 from symgen.scene.parameters import resolve_parameters
 from symgen.scene.schema import check_schema
-from symgen.scene.urdf import Model, read_urdf
 
 ZERO = Fraction(0)
 T = TypeVar("T")
@@ -48,32 +50,38 @@ def assemble(document: Document, folder: Path | None = None) -> Scene:
     options = _options(data.get("options", {}))
     mounts = Mounts(options.snap)
     model = _model(document, folder, mounts)
-    places = _Places(document, model)
-    scene = Scene(
+    reader = _Reader(document, mounts)
+    own = Scene(
         name=data["name"],
-        bodies=model.bodies if model else _each("bodies", data, _Reader(document, mounts).body),
-        joints=model.joints if model else _each("joints", data, _Reader(document, mounts).joint),
-        gravity=tuple(data["gravity"]) if "gravity" in data else Scene.gravity,
-        forces=_each("forces", data, _Reader(document, mounts).force),
-        frames=_each("frames", data, _Reader(document, mounts).frame),
+        bodies=_each("bodies", data, reader.body),
+        joints=_each("joints", data, reader.joint),
+        gravity=tuple(data["gravity"]) if "gravity" in data else (model and model.gravity) or Scene.gravity,
+        forces=_each("forces", data, reader.force),
+        frames=_each("frames", data, reader.frame),
         options=options,
         source=document.file,
+        description=Description(document, folder),
     )
+    scene = over_model(own, model, document) if model else own
     scene = replace(scene, joints=lock_joints(scene.joints, data.get("lock", {}), mounts, document))
-    return finish(scene, places, mounts, model, data)
+    if model:
+        scene = remove_subtrees(scene, own, data, document)
+    return _finish(scene, _Places(document, scene, own, model), mounts, model, data)
 
 
-def urdf_scene(data: bytes, file: str) -> Scene:
-    """The Scene of a URDF file alone: its root welded to ground, default outputs and options."""
+def model_scene(data: bytes, path: Path) -> Scene:
+    """The Scene of a model file alone: its root welded to ground, default outputs and options."""
     mounts = Mounts(Options().snap)
-    model = read_urdf(data, file, floating=False, mounts=mounts)
-    scene = Scene(model.name, model.bodies, model.joints, source=file)
-    return finish(scene, _Places(Document({}, file), model), mounts, model, {})
+    model = read_model(data, path, floating=False, mounts=mounts)
+    own = Scene(model.name, (), (), model.gravity or Scene.gravity, source=model.file)
+    scene = replace(own, bodies=model.bodies, joints=model.joints, forces=model.forces, frames=model.frames)
+    return _finish(scene, _Places(Document({}, model.file), scene, own, model), mounts, model, {})
 
 
-def finish(scene: Scene, places: _Places, mounts: Mounts, model: Model | None, data: dict[str, Any]) -> Scene:
+def _finish(scene: Scene, places: Places, mounts: Mounts, model: Model | None, data: dict[str, Any]) -> Scene:
     """Checks, outputs, parameters, notes and hash: what every way to a Scene ends with."""
-    notes = check_scene(scene, places, real_robot=model is not None, locked="lock" in data)
+    published = frozenset(body.name for body in model.bodies) if model else None
+    notes = check_scene(scene, places, published, locked=bool(data.keys() & {"lock", "remove"}))
     idle = [force for force in scene.forces if is_idle(force, scene)]
     if idle:
         notes.append(f"{len(idle)} of the forces left out: the joints they act on are locked")
@@ -88,15 +96,25 @@ def finish(scene: Scene, places: _Places, mounts: Mounts, model: Model | None, d
 
 @dataclass(frozen=True)
 class _Places:
-    """Bodies and joints of a model are in the model's file, all else in the scene's."""
+    """Of ``scene``, what is its ``own`` is in the scene's file, the rest in the model's."""
 
     document: Document
+    scene: Scene
+    own: Scene
     model: Model | None
 
     def place(self, route: Route = ()) -> str:
-        if self.model is not None and route and route[0] in ("bodies", "joints"):
-            return self.model.place(route)
-        return self.document.place(route)
+        if self.model is None or len(route) < 2 or route[0] not in ("bodies", "joints", "forces", "frames"):
+            return self.document.place(route)
+        kind, index = route[0], route[1]
+        item = getattr(self.scene, kind)[index]
+        mine = [other.name for other in getattr(self.own, kind)]
+        if kind == "forces":  # which may have no names; the scene's own come after the model's
+            place = int(index) - (len(self.scene.forces) - len(self.own.forces))
+            return self.document.place((kind, place, *route[2:])) if place >= 0 else self.model.file
+        if item.name in mine:
+            return self.document.place((kind, mine.index(item.name), *route[2:]))
+        return self.model.place(kind, item.name)
 
 
 def _each(kind: str, data: dict[str, Any], read: Callable[[Any, Route], T]) -> tuple[T, ...]:
@@ -116,7 +134,7 @@ def _model(document: Document, folder: Path | None, mounts: Mounts) -> Model | N
         data = read_bytes(file)
     except SceneError as error:
         raise SceneError(f"{error.place}: {error.message}", document.place(("model",))) from None
-    return read_urdf(data, file.name, document.data.get("base", "fixed") == "floating", mounts)
+    return read_model(data, file, document.data.get("base", "fixed") == "floating", mounts)
 
 
 def _options(data: dict[str, Any]) -> Options:
@@ -168,6 +186,7 @@ class _Reader:
             damping=item.get("damping", ZERO),
             cut=item.get("cut", False),
             limits=tuple((key, float(value)) for key, value in item.get("limits", {}).items()),
+            mimic=_mimic(item.get("mimic")),
         )
 
     def force(self, item: dict[str, Any], route: Route) -> Spring | JointSpring:
@@ -196,6 +215,12 @@ class _Reader:
         if not any(vector):
             raise SceneError("is zero; a direction is wanted", self.document.place(route))
         return unit_vector(_vector(vector))
+
+
+def _mimic(data: dict[str, Any] | None) -> Mimic | None:
+    if data is None:
+        return None
+    return Mimic(data["joint"], data.get("multiplier", Fraction(1)), data.get("offset", ZERO))
 
 
 def _vector(data: Any) -> Vector:

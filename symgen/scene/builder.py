@@ -14,9 +14,12 @@ that Python prints for it: 0.1 is 1/10 exactly, as it would be in a file.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from copy import deepcopy
 from decimal import Decimal
 from fractions import Fraction
 from numbers import Integral, Rational, Real
+from os import PathLike
+from pathlib import Path
 from typing import Any, Self
 
 from symgen.errors import SceneError
@@ -88,8 +91,12 @@ class SceneBuilder:
         damping: Number | None = None,
         cut: bool | None = None,
         limits: Mapping[str, Number] | None = None,
+        mimic: Mapping[str, Any] | None = None,
     ) -> Self:
-        """A joint: ``xyz`` (m) and ``rpy`` (rad) place its frame in the parent's; axes are in the joint frame."""
+        """A joint: ``xyz`` (m) and ``rpy`` (rad) place its frame in the parent's; axes are in the joint frame.
+
+        ``mimic``: ``{"joint": "j1", "multiplier": -1, "offset": 0}`` moves it with another joint.
+        """
         where = self._where("joints")
         item: dict[str, Any] = {"name": name, "type": type, "parent": parent, "child": child}
         item["origin"] = self._origin(xyz, rpy, where)
@@ -103,6 +110,11 @@ class SceneBuilder:
             item["cut"] = cut
         if limits is not None:
             item["limits"] = {key: self._number(value, f"{where}.limits.{key}") for key, value in limits.items()}
+        if mimic is not None:
+            item["mimic"] = {
+                key: value if key == "joint" else self._number(value, f"{where}.mimic.{key}")
+                for key, value in mimic.items()
+            }
         return self._add("joints", item)
 
     def spring(
@@ -167,9 +179,14 @@ class SceneBuilder:
             held[joint] = self._number(value, where) if alone else self._list(value, where)
         return self
 
+    def model(self, path: str | PathLike[str], base: str = "fixed", remove: Iterable[str] = ()) -> Self:
+        """A URDF file that the scene's own bodies and joints are added to; its bodies in ``remove`` are left out."""
+        self._data.update({"model": str(Path(path)), "base": base, "remove": list(remove)})
+        return self
+
     def build(self) -> Scene:
         """The validated Scene. Raises SceneError for the first thing that is wrong."""
-        return assemble(Document(self._data, self._file()))
+        return assemble(Document(deepcopy(self._data), self._file()), Path())
 
     # -- inside ----------------------------------------------------------------------------------------------------
 

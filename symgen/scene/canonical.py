@@ -10,7 +10,9 @@ from typing import Any
 
 from symgen.scene.model import Scene
 
-_NOT_MEANING = frozenset({"notes", "source", "sha256", "raw"})
+_NOT_MEANING = frozenset({"notes", "source", "sha256", "raw", "description"})
+_WHERE_GIVEN = frozenset({"mimic"})
+"""Fields that are named only where they have a value: scenes without them keep the hash they always had."""
 
 
 def canonical(scene: Scene) -> str:
@@ -28,7 +30,9 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Fraction):
         return str(value)
     if is_dataclass(value) and not isinstance(value, type):
-        return {"kind": type(value).__name__, **{f.name: _plain(getattr(value, f.name)) for f in fields(value)}}
+        named = {f.name: getattr(value, f.name) for f in fields(value)}
+        given = {key: item for key, item in named.items() if key not in _WHERE_GIVEN or item is not None}
+        return {"kind": type(value).__name__, **{key: _plain(item) for key, item in given.items()}}
     if isinstance(value, (tuple, list)):
         return [_plain(item) for item in value]
     return value

@@ -6,45 +6,41 @@ is raised as one SceneError; what a user should merely know is returned as notes
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Sequence, Set
 from fractions import Fraction
-from typing import Protocol
 
 import numpy as np
 
 from symgen.errors import SceneError
-from symgen.scene.document import Route, clean
+from symgen.scene.document import Places, clean
 from symgen.scene.exact import cross
 from symgen.scene.joints import JOINT_TYPES
+from symgen.scene.mimics import check_mimics
 from symgen.scene.model import GROUND, Body, Joint, JointSpring, Scene, Spring
 from symgen.scene.schema import did_you_mean
 
 MAX_NAME = 200
 
 
-class Places(Protocol):
-    """Says where in the user's input a part of the scene is."""
-
-    def place(self, route: Route = ()) -> str: ...
-
-
-def check_scene(scene: Scene, places: Places, real_robot: bool = False, locked: bool = False) -> list[str]:
+def check_scene(scene: Scene, places: Places, published: Set[str] | None = None, locked: bool = False) -> list[str]:
     """Raise SceneError for the first mistake; return notes.
 
-    ``real_robot``: the file is a model of a robot as they are published, so an inertia no rigid body can
-    have is noted, not refused, and bodies and joints have separate name spaces. ``locked``: joints were
-    locked, so a force that can do nothing is no mistake.
+    ``published``: bodies that come from a model file. An inertia that no rigid body can have is noted for these, not
+    refused, and where there are any, bodies and joints have separate name spaces. ``locked``: joints were locked or
+    removed, so a force that can do nothing is no mistake.
     """
     if scene.name.lower() == "main":
         raise SceneError("a scene cannot be called 'main': that is the example program", places.place(("name",)))
-    _check_names(scene, places, separate=real_robot)
+    _check_names(scene, places, separate=published is not None)
     known = frozenset((GROUND, *(body.name for body in scene.bodies)))
-    notes = [note for i, body in enumerate(scene.bodies) for note in _check_body(body, i, places, real_robot)]
+    notes = _check_bodies(scene.bodies, places, published or frozenset())
     for i, joint in enumerate(scene.joints):
         _check_joint(joint, i, known, places)
     check_tree(scene, places)
+    check_mimics(scene.joints, places)
     if not any(JOINT_TYPES[joint.type].nq for joint in scene.joints):
-        raise SceneError("no joint can move (every one is fixed): nothing to derive", places.place(("joints",)))
+        free = "; 'base: floating' in a scene over this model frees it" if published is not None else ""
+        raise SceneError(f"no joint can move (every one is fixed): nothing to derive{free}", places.place(("joints",)))
     for i, force in enumerate(scene.forces):
         _check_force(force, i, known, scene, places)
         if not locked and is_idle(force, scene):
@@ -89,35 +85,42 @@ def check_name(name: str, place: str) -> None:
 # -- bodies --------------------------------------------------------------------------------------------------------
 
 
-def _check_body(body: Body, i: int, places: Places, lenient: bool) -> Iterator[str]:
-    label = f"body {clean(body.name)!r}"
-    if body.mass < 0:
-        raise SceneError(f"{label} has the negative mass {float(body.mass):.12g}", places.place(("bodies", i, "mass")))
-    if not any(body.inertia):
-        return
-    problem = inertia_problem(body)
-    if problem is None:
-        return
-    if not lenient:
-        raise SceneError(f"{label} {problem}", places.place(("bodies", i, "inertia")))
-    yield f"{label} {problem}; no rigid body is like that, it is used as given"
+def _check_bodies(bodies: Sequence[Body], places: Places, published: Set[str]) -> list[str]:
+    """Refuse what no body can be; of published bodies, note it in one line."""
+    flaws: dict[str, list[str]] = {}
+    for i, body in enumerate(bodies):
+        label = f"body {clean(body.name)!r}"
+        if body.mass < 0:
+            message = f"{label} has the negative mass {float(body.mass):.12g}"
+            raise SceneError(message, places.place(("bodies", i, "mass")))
+        flaw = inertia_flaw(body) if any(body.inertia) else None
+        if flaw is None:
+            continue
+        if body.name not in published:
+            raise SceneError(f"{label} has {flaw[0]}{flaw[1]}", places.place(("bodies", i, "inertia")))
+        flaws.setdefault(flaw[0], []).append(clean(body.name))
+    if not flaws:
+        return []
+    found = "; ".join(f"{flaw}: {', '.join(names)}" for flaw, names in flaws.items())
+    return [f"inertias that no rigid body has, used as given: {found}"]
 
 
-def inertia_problem(body: Body) -> str | None:
-    """Why no distribution of mass has this inertia, or None. Exact: minors of Σ = ½ tr(I)·1 − I over the rationals."""
+def inertia_flaw(body: Body) -> tuple[str, str] | None:
+    """Why no distribution of mass has this inertia (what it is, with which numbers), or None.
+
+    Exact: minors of Σ = ½ tr(I)·1 − I over the rationals.
+    """
     if body.mass == 0:
-        return "has inertia but no mass"
+        return "inertia but no mass", ""
     ixx, iyy, izz, ixy, ixz, iyz = body.inertia
     inertia = ((ixx, ixy, ixz), (ixy, iyy, iyz), (ixz, iyz, izz))
     if not is_semidefinite(inertia):
-        return f"has an inertia that is not positive semidefinite (principal moments {_moments(inertia)})"
+        return "an inertia that is not positive semidefinite", f" (principal moments {_moments(inertia)})"
     half = (ixx + iyy + izz) / 2
     sigma = ((half - ixx, -ixy, -ixz), (-ixy, half - iyy, -iyz), (-ixz, -iyz, half - izz))
     if not is_semidefinite(sigma):
-        return (
-            "has an inertia that violates the triangle inequality: of the principal moments "
-            f"{_moments(inertia)} the largest exceeds the sum of the others"
-        )
+        moments = f": of the principal moments {_moments(inertia)} the largest exceeds the sum of the others"
+        return "an inertia that violates the triangle inequality", moments
     return None
 
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import yaml
 
@@ -49,6 +49,20 @@ class Document:
         line = self.lines.get(known)
         place = self.file if line is None else f"{self.file}:{line}"
         return f"{place}: {dotted(route)}" if route else place
+
+
+class Places(Protocol):
+    """Says where in the user's input a part of the scene is."""
+
+    def place(self, route: Route = ()) -> str: ...
+
+
+@dataclass(frozen=True)
+class Description:
+    """What a Scene was made from, so that it can be made again with something changed."""
+
+    document: Document
+    folder: Path | None
 
 
 def dotted(route: Route) -> str:

@@ -174,6 +174,27 @@ def rotation_from_quaternion(w: Fraction, x: Fraction, y: Fraction, z: Fraction)
     return matrix
 
 
+def turn_to(direction: Vector) -> Matrix3:
+    """The smallest rotation that takes z to an exact unit vector; exact. Opposite to z: half a turn about x."""
+    x, y, z = direction
+    if z == -1:
+        return rotation_from_quaternion(Fraction(0), Fraction(1), Fraction(0), Fraction(0))
+    return rotation_from_quaternion(1 + z, -y, x, Fraction(0))
+
+
+def roll_pitch_yaw(matrix: Matrix3) -> Vector:
+    """URDF's fixed-axis angles (rad) of a rotation, as the decimals of the nearest doubles; roll is 0 at pitch ±π/2."""
+    context = _context_of(PRECISION_BITS)
+    (r00, r01, _), (r10, r11, _), (r20, r21, r22) = ([_real(context, x) for x in row] for row in matrix)
+    level = context.sqrt(r00 * r00 + r10 * r10)
+    pitch = context.atan2(-r20, level)
+    upright = matrix[0][0] == 0 == matrix[1][0]
+    roll = 0 if upright else context.atan2(r21, r22)
+    yaw = context.atan2(-r01, r11) if upright else context.atan2(r10, r00)
+    angles = [Fraction(repr(float(angle))) for angle in (roll, pitch, yaw)]
+    return (angles[0], angles[1], angles[2])
+
+
 def _context(*angles: Fraction) -> Any:
     """Extended precision enough for angles of this size."""
     size = max(abs(a.numerator).bit_length() - a.denominator.bit_length() for a in angles)

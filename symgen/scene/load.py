@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from symgen.errors import NotSupportedError, SceneError
-from symgen.scene.assemble import assemble, urdf_scene
+from symgen.scene.assemble import assemble, model_scene
 from symgen.scene.document import clean, decode, parse_yaml, read_bytes
 from symgen.scene.model import Scene
 
@@ -18,13 +18,11 @@ def load(path: str | os.PathLike[str]) -> Scene:
     line that names file and place; NotSupportedError for what is right but cannot be done yet.
     """
     path = Path(path)
-    if path.suffix == ".xacro":
-        raise SceneError(f"is a macro file; expand it first: xacro {path.name} > model.urdf", clean(path.name))
     data = read_bytes(path)
     name = clean(path.name, 120)
     if data.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<"):
-        return urdf_scene(data, name)
-    if path.suffix in (".urdf", ".xml"):
+        return model_scene(data, path)
+    if path.suffix in (".urdf", ".xml", ".xacro"):
         raise SceneError("is not XML", name)
     if path.suffix in (".sdf", ".usd", ".usda", ".mjcf"):
         raise NotSupportedError(f"{name}: {path.suffix} files are not read yet; give a scene (.yaml) or URDF")

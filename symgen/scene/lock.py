@@ -7,10 +7,10 @@ from fractions import Fraction
 from typing import Any
 
 from symgen.errors import SceneError
-from symgen.scene.checks import Places
-from symgen.scene.document import clean
+from symgen.scene.document import Places, clean
 from symgen.scene.exact import matmul, rotation_about, rotation_from_quaternion
 from symgen.scene.joints import JOINT_TYPES
+from symgen.scene.mimics import root_of_mimics
 from symgen.scene.model import IDENTITY3, ZERO3, Joint, Transform, Vector
 from symgen.scene.mounts import Mounts, compose, compose_floats
 from symgen.scene.schema import did_you_mean
@@ -19,9 +19,13 @@ _Z: Vector = (Fraction(0), Fraction(0), Fraction(1))
 
 
 def lock_joints(joints: Sequence[Joint], lock: Mapping[str, Any], mounts: Mounts, places: Places) -> tuple[Joint, ...]:
-    """``joints`` with those in ``lock`` made fixed at the position given (a number, or a list of nq numbers)."""
+    """``joints`` with those in ``lock`` made fixed at the position given (a number, or a list of nq numbers).
+
+    Joints that mimic a locked one are fixed where it takes them. Raises SceneError for a joint that is not there, does
+    not move, or mimics another, and for the wrong number of numbers.
+    """
     known = {joint.name: joint for joint in joints}
-    locked: dict[str, Joint] = {}
+    positions: dict[str, tuple[Fraction, ...]] = {}
     for name, position in lock.items():
         place = places.place(("lock", name))
         if name not in known:
@@ -31,16 +35,40 @@ def lock_joints(joints: Sequence[Joint], lock: Mapping[str, Any], mounts: Mounts
         size = JOINT_TYPES[joint.type].nq
         if size == 0:
             raise SceneError(f"joint {clean(name)!r} is fixed already", place)
+        if joint.mimic is not None and joint.mimic.joint in known:
+            raise SceneError(
+                f"joint {clean(name)!r} mimics {clean(joint.mimic.joint)!r}; lock that one, and this one goes with it",
+                place,
+            )
         if len(q) != size:
             raise SceneError(f"joint {clean(name)!r} is {joint.type}: {size} numbers are wanted, {len(q)} given", place)
-        try:
-            step = joint_transform(joint, q, mounts.snap)
-        except ValueError as error:
-            raise SceneError(f"joint {clean(name)!r}: {error}", place) from None
-        if name in mounts.raw:
-            mounts.raw[name] = compose_floats(mounts.raw[name], step.rotation)
-        locked[name] = Joint(name, "fixed", joint.parent, joint.child, compose(joint.origin, step))
-    return tuple(locked.get(joint.name, joint) for joint in joints)
+        positions[name] = q
+    return tuple(_locked(joint, positions, known, mounts, places) for joint in joints)
+
+
+def _locked(
+    joint: Joint,
+    positions: Mapping[str, tuple[Fraction, ...]],
+    known: Mapping[str, Joint],
+    mounts: Mounts,
+    places: Places,
+) -> Joint:
+    """``joint``, fixed if it or the joint that it mimics is locked."""
+    master, multiplier, offset = root_of_mimics(joint, known)
+    q = positions.get(joint.name) or positions.get(master)
+    if q is None:
+        return joint
+    if joint.mimic is not None and joint.name not in positions:
+        if len(q) > 1:
+            return joint  # which is refused later
+        q = (multiplier * q[0] + offset,)
+    try:
+        step = joint_transform(joint, q, mounts.snap)
+    except ValueError as error:
+        raise SceneError(f"joint {clean(joint.name)!r}: {error}", places.place(("lock", master))) from None
+    if joint.name in mounts.raw:
+        mounts.raw[joint.name] = compose_floats(mounts.raw[joint.name], step.rotation)
+    return Joint(joint.name, "fixed", joint.parent, joint.child, compose(joint.origin, step))
 
 
 def joint_transform(joint: Joint, q: Sequence[Fraction], snap: Fraction) -> Transform:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from fnmatch import fnmatchcase
 from fractions import Fraction
 
 from symgen.errors import SceneError
-from symgen.scene.checks import Places, fixed_to_ground
-from symgen.scene.document import clean
+from symgen.scene.checks import fixed_to_ground
+from symgen.scene.document import Places, clean
+from symgen.scene.exact import roll_pitch_yaw
 from symgen.scene.joints import JOINT_TYPES
 from symgen.scene.model import Parameter, Scene, Spring
 from symgen.scene.schema import did_you_mean
@@ -17,20 +19,47 @@ Values = tuple[tuple[Fraction, ...], str]
 
 
 def resolve_parameters(names: Sequence[str], scene: Scene, places: Places) -> tuple[Parameter, ...]:
-    """The parameters ``names`` of ``scene``, in the order given; raises SceneError for unknown or repeated ones."""
-    known = available_parameters(scene)
-    result: list[Parameter] = []
-    start = 0
+    """The parameters ``names`` of ``scene``, in the order given; raises SceneError for unknown or repeated ones.
+
+    A shell pattern (``link4.*``, ``*.mass``) stands for what it matches and is not listed before, in the order of
+    `available_parameters`.
+    """
+    known = available_parameters(scene) if names else {}
+    by: dict[str, str] = {}
     for i, name in enumerate(names):
         place = places.place(("parameters", i))
-        if name in (p.name for p in result):
-            raise SceneError(f"the parameter {clean(name)!r} is listed twice", place)
+        if name not in known and _is_pattern(name):
+            matches = [each for each in known if fnmatchcase(each, name)]
+            if not matches:
+                raise SceneError(_no_match(name, known), place)
+            for each in matches:
+                by.setdefault(each, name)
+            continue
         if name not in known:
             raise SceneError(_unknown(name, scene, known), place)
+        if name in by:
+            already = f" (it is one of {clean(by[name])!r})" if by[name] != name else ""
+            raise SceneError(f"the parameter {clean(name)!r} is listed twice{already}", place)
+        by[name] = name
+    result: list[Parameter] = []
+    for name in by:
         values, unit = known[name]
-        result.append(Parameter(name, values, unit, start))
-        start += len(values)
+        result.append(Parameter(name, values, unit, sum(p.size for p in result)))
     return tuple(result)
+
+
+def _is_pattern(name: str) -> bool:
+    return any(c in name for c in "*?[")
+
+
+def _no_match(pattern: str, known: Iterable[str]) -> str:
+    owner, dot, field = pattern.rpartition(".")
+    owners = list(dict.fromkeys(name.rpartition(".")[0] for name in known if "." in name))
+    of_owner = [name.rpartition(".")[2] for name in known if dot and fnmatchcase(name.rpartition(".")[0], owner)]
+    text = f"no parameter matches {clean(pattern)!r}"
+    if of_owner:
+        return f"{text}; what {clean(owner)!r} matches has {', '.join(dict.fromkeys(of_owner))}"
+    return text + did_you_mean(owner.strip("*?") or field, owners)
 
 
 def available_parameters(scene: Scene) -> dict[str, Values]:
@@ -47,6 +76,10 @@ def available_parameters(scene: Scene) -> dict[str, Values]:
             damping, armature, _ = joint_units(joint.type)
             known[f"{joint.name}.damping"] = ((joint.damping,), damping)
             known[f"{joint.name}.armature"] = ((joint.armature,), armature)
+        known[f"{joint.name}.xyz"] = (joint.origin.translation, "m")
+        known[f"{joint.name}.rpy"] = (roll_pitch_yaw(joint.origin.rotation), "rad")
+        if JOINT_TYPES[joint.type].nq == 1:
+            known[f"{joint.name}.offset"] = ((Fraction(0),), JOINT_TYPES[joint.type].q_units[0])
     for force in scene.forces:
         if not force.name:
             continue
@@ -54,6 +87,8 @@ def available_parameters(scene: Scene) -> dict[str, Values]:
             known[f"{force.name}.stiffness"] = ((force.stiffness,), "N/m")
             known[f"{force.name}.damping"] = ((force.damping,), "N.s/m")
             known[f"{force.name}.length"] = ((force.length,), "m")
+            known[f"{force.name}.point1"] = (force.points[0], "m")
+            known[f"{force.name}.point2"] = (force.points[1], "m")
         else:
             kind = scene.joint(force.joint).type
             known[f"{force.name}.stiffness"] = ((force.stiffness,), joint_units(kind)[2])

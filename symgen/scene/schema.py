@@ -26,7 +26,6 @@ from symgen.scene.exact import decimal
 
 SUPERSEDED = {
     "friction": "friction is not modelled; use damping (viscous), or remove it",
-    "mimic": "joints that mimic others are not modelled; remove it",
     "links": "a scene calls them 'bodies'",
     "loops": "a loop is an ordinary joint between two bodies; list it under 'joints'",
 }
@@ -166,7 +165,7 @@ def _forbidden(route: Route, data: Any) -> str:
     for step in route[:-1]:
         owner = owner[step]
     if len(route) == 1:
-        return "goes with 'model' only" if key == "base" else f"a scene has either 'model' or {key!r}, not both"
+        return "goes with 'model' only" + ("; leave the bodies out instead" if key == "remove" else "")
     kind = {"joints": "joint", "forces": "force"}.get(str(route[0]), str(route[0]))
     return f"a {clean(str(owner.get('type')))} {kind} has no {key!r}"
 

@@ -79,7 +79,7 @@ EDITS: dict[str, tuple[str, str, str]] = {
     "hostile body name": ("name: link2", "name: 'x; system(\"rm\")'", "is no identifier"),
     "name too long": ("name: good", "name: " + "g" * 80, "is longer than 60 characters"),
     "scene called main": ("name: good", "name: main", "a scene cannot be called 'main'"),
-    "bodies and model": ("gravity:", "model: a.urdf\ngravity:", "a scene has either 'model' or 'bodies', not both"),
+    "remove without model": ("gravity:", "remove: [link2]\ngravity:", "remove: goes with 'model' only; leave the bodies out instead"),
     "base without model": ("gravity:", "base: floating\ngravity:", "base: goes with 'model' only"),
     "snap too large": ("base_velocity: world", "snap: 0.5", "options.snap: is 0.5; at most 0.01 is wanted"),
     # numbers

@@ -113,7 +113,7 @@ def test_the_ur5_is_the_published_one() -> None:
 
 
 def test_the_panda_is_the_published_one(tmp_path: Path) -> None:
-    text = f"name: panda\nmodel: {robot(PANDA)}\nlock: {{panda_finger_joint1: 0, panda_finger_joint2: 0}}\n"
+    text = f"name: panda\nmodel: {robot(PANDA)}\nlock: {{panda_finger_joint1: 0}}\n"
     path = tmp_path / "panda.scene.yaml"
     path.write_text(text)
     model, scene = load(path), example("panda")

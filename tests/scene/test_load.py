@@ -247,7 +247,13 @@ def test_asking_something_else(scene: Scene) -> None:
     [
         ("a.xml", "<mujoco/>", NotSupportedError, "MJCF files are not read yet"),
         ("a.xml", "<sdf/>", NotSupportedError, "SDF files are not read"),
-        ("a.urdf.xacro", "<robot/>", SceneError, "is a macro file; expand it first: xacro a.urdf.xacro"),
+        (
+            "a.urdf.xacro",
+            "<robot><xacro:r/></robot>",
+            SceneError,
+            "a.urdf.xacro:1: <xacro:r> is a macro; expand",
+        ),
+        ("a.urdf", "<robot xmlns:xacro='x'/>", SceneError, "no link; its xacro source was expanded without a call"),
         ("a.urdf", "name: x", SceneError, "a.urdf: is not XML"),
         ("a.sdf", "x", NotSupportedError, ".sdf files are not read yet"),
         ("a.scene.yaml", "<robot name='r'/>", SceneError, "the robot has no link"),

@@ -12,7 +12,7 @@ import pytest
 
 from symgen.errors import NotSupportedError, SymgenError
 from symgen.scene.load import load
-from symgen.scene.model import Scene
+from symgen.scene.model import Mimic, Scene
 from tests.scene.robots import PANDA, UR5, robot
 
 GOOD = """\
@@ -72,15 +72,15 @@ def test_what_is_read(tmp_path: Path) -> None:
 
 def test_what_is_left_out_is_said(tmp_path: Path) -> None:
     notes = load(write(tmp_path, GOOD)).notes
-    assert "left out: 1 collision, 1 material, 1 transmission, 1 visual" in notes
-    assert "friction is not modelled: joints turn" in notes
-    assert "mimic is not modelled; these joints move on their own: slide" in notes
+    assert notes[1] == "not modelled: 1 collision, 1 friction, 1 material, 1 transmission, 1 visual"
     assert notes[0].startswith("rotations snapped to exact quarter turns: inertia of link 'arm 1'")
+    assert len(notes) == 2
 
 
 def test_an_inertia_no_body_can_have_is_noted(tmp_path: Path) -> None:
     notes = load(write(tmp_path, GOOD.replace('izz="0.25"', 'izz="0.35"'))).notes
-    assert any("body 'arm 1' has an inertia that violates the triangle inequality" in note for note in notes)
+    said = "inertias that no rigid body has, used as given: an inertia that violates the triangle inequality: arm 1"
+    assert said in notes
 
 
 def test_an_inertia_is_turned_exactly(tmp_path: Path) -> None:
@@ -101,8 +101,15 @@ MISTAKES: dict[str, tuple[str, str, str]] = {
     "no such link": ('child link="slider"', 'child link="slidr"', ":22: joint 'slide': there is no link 'slidr'; did you mean 'slider'?"),
     "joint type": ('"prismatic"', '"prismatc"', "unknown joint type 'prismatc'; did you mean 'prismatic'?"),
     "no type": (' type="prismatic"', "", "unknown joint type ''"),
-    "not read": ('"prismatic"', '"planar"', "joint 'slide': planar joints in URDF are not read yet"),
-    "floating": ('"prismatic"', '"floating"', "floating joints in URDF are not read yet"),
+    "floating on a link that moves": ('"prismatic"', '"floating"', "joint 'slide': is floating, so it can start at the root link (or what is fixed to it) only; 'arm 1' moves by joint 'turn'"),
+    "mimic of nothing": ('mimic joint="turn"', 'mimic joint="trn"', ":22: joint 'slide': joint 'slide' mimics 'trn', but there is no such joint; did you mean 'turn'?"),
+    "mimic without joint": ('mimic joint="turn"', 'mimic', "<mimic> needs the attribute 'joint'"),
+    "mimic of itself": ('mimic joint="turn"', 'mimic joint="slide"', ":22: joint 'slide': joint 'slide' mimics itself"),
+    "mimic that is planar": ('"prismatic"', '"planar"', "joint 'slide' is planar; only revolute, continuous, prismatic joints can mimic"),
+    "mimic of a fixed joint": ('"revolute"', '"fixed"', "joint 'slide' mimics 'turn', which is fixed: lock it at a position instead"),
+    "mimic of a planar joint": ('"revolute"', '"planar"', "mimics 'turn', which is planar; only revolute"),
+    "mimic that stands still": ('mimic joint="turn"', 'mimic joint="turn" multiplier="0"', "with the multiplier 0, so it does not move"),
+    "mimic of no number": ('mimic joint="turn"', 'mimic joint="turn" offset="x"', "offset of <mimic>: 'x' is not a decimal number"),
     "no child": ('<child link="slider"/>', "", "needs <child link="),
     "zero axis": ("0 0 2", "0 0 0", ":15: joint 'turn': the axis is zero"),
     "short axis": ("0 0 2", "0 2", "xyz='0 2' has 2 numbers; 3 are wanted"),
@@ -115,7 +122,6 @@ MISTAKES: dict[str, tuple[str, str, str]] = {
     "negative damping": ('damping="0.5"', 'damping="-0.5"', "joint 'turn' has the negative damping"),
     "link twice": ('name="slider"', 'name="base"', "the name is taken by another link (line 4)"),
     "joint twice": ('name="slide"', 'name="turn"', "the name is taken by another joint (line 15)"),
-    "link called ground": ('name="base"', 'name="ground"', "the name 'ground' is reserved"),
     "no name": (' name="base"', "", "a link needs a name"),
     "empty name": ('name="base"', 'name=" "', "cannot be a name"),
     "two parents": ('<child link="slider"/>', '<child link="arm 1"/>', "link 'arm 1' is already the child of joint 'turn'"),
@@ -123,7 +129,11 @@ MISTAKES: dict[str, tuple[str, str, str]] = {
     "two roots": ("  <transmission", '  <link name="far"/><transmission', "link 'far': is not connected"),
     "wrong root": ("<robot", "<model", "not valid XML"),
     "unclosed": ("</robot>", "", "not valid XML"),
-    "xacro": ("  <transmission", "  <xacro:include/><transmission", "<xacro:include> is a macro; expand the file first"),
+    "xacro": ("  <transmission", "  <xacro:include/><transmission", "<xacro:include> is a macro; expand the file first: xacro two.urdf > model.urdf (pip install xacro)"),
+    "xacro in a link": ("<collision/>", "<xacro:box/>", ":12: <xacro:box> is a macro; expand"),
+    "xacro in an inertia": ('<mass value="2"/>', "<xacro:m/>", ":8: <xacro:m> is a macro; expand"),
+    "xacro expression": ('value="2"', 'value="${m}"', "value of <mass>: '${m}' is not a decimal number; expand the file first"),
+    "xacro vector": ("0 0 2", "0 0 ${pi / 2}", "is not a decimal number; expand the file first"),
     "entity": ('<?xml version="1.0"?>', '<!DOCTYPE r [<!ENTITY a "b">]>', "declares XML entities"),
     "bomb": ('<?xml version="1.0"?>', '<!DOCTYPE r [<!ENTITY a "aa"><!ENTITY b "&a;&a;">]>', "declares XML entities"),
     "external": ('<?xml version="1.0"?>', '<!DOCTYPE r [<!ENTITY a SYSTEM "file:///etc/passwd">]>', "declares XML entities"),
@@ -187,8 +197,10 @@ def test_a_floating_base(tmp_path: Path) -> None:
 
 
 def test_a_locked_joint_of_a_model(tmp_path: Path) -> None:
-    joint = scene_with(tmp_path, "lock: {slide: 0.25}\n").joint("slide")
-    assert joint.type == "fixed" and joint.origin.translation == (Fraction(1, 4), 0, 0)
+    scene = scene_with(tmp_path, "base: floating\nlock: {turn: 0.25}\n")
+    assert scene.joint("turn").type == "fixed"
+    slide = scene.joint("slide")  # which mimics it
+    assert (slide.type, slide.mimic, slide.origin.translation) == ("fixed", None, (Fraction(1, 4), 0, 0))
 
 
 @pytest.mark.parametrize(
@@ -197,8 +209,12 @@ def test_a_locked_joint_of_a_model(tmp_path: Path) -> None:
         ("lock: {slid: 0}", "mine.scene.yaml:3: lock.slid: there is no joint 'slid'; did you mean 'slide'?"),
         ("forces: [{type: joint_spring, joint: x}]", "mine.scene.yaml:3: forces[0].joint: there is no joint 'x'"),
         ("frames: [{name: base, body: slider}]", "frames[0].name: the name 'base' is taken by a body"),
+        ("lock: {slide: 0}", "joint 'slide' mimics 'turn'; lock that one, and this one goes with it"),
         ("parameters: [base.mass]", "'base.mass' has no effect: 'base' does not move"),
-        ("lock: {slide: 0, turn: 0}", "no joint can move"),
+        (
+            "lock: {turn: 0}",
+            "no joint can move (every one is fixed): nothing to derive; 'base: floating' in a scene over",
+        ),
     ],
 )
 def test_mistakes_in_a_scene_with_a_model(more: str, text: str, tmp_path: Path) -> None:
@@ -239,6 +255,6 @@ def test_panda() -> None:
     scene = load(robot(PANDA))
     kinds = [j.type for j in scene.joints]
     assert (kinds.count("revolute"), kinds.count("prismatic")) == (7, 2)
-    assert "mimic is not modelled; these joints move on their own: panda_finger_joint2" in scene.notes
+    assert scene.joint("panda_finger_joint2").mimic == Mimic("panda_finger_joint1", Fraction(1), Fraction(0))
     turned = scene.joint("panda_hand_joint").origin.rotation
     assert float(turned[0][0]) == float(turned[0][1]) == pytest.approx(0.5**0.5, abs=1e-16)
