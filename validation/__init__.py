@@ -83,17 +83,24 @@ def validate(
         result = _run(scene, tuple(against), states, functions, progress, seed)
         if scene.options.precision == "double" or "pinocchio" not in against:
             return result
-        single = _generate(scene, tuple(Output(name, (name,)) for name in DYNAMICS), "float", Path(folder))
+        single = _generate(scene, _single_outputs(scene), "float", Path(folder))
         rows, skipped = _single_precision(scene, single, states, seed)
         return replace(result, rows=(*result.rows, *rows), skipped=(*result.skipped, *skipped))
 
 
 def wanted_outputs(scene: Scene) -> tuple[Output, ...]:
-    """Every function the checks can use."""
+    """Every function the checks can use, and every row that the scene asks for by itself."""
+    from symgen.validation.compare_products import asked_products
+
     frames = [body.name for body in scene.bodies] + [frame.name for frame in scene.frames]
     names = [*NEEDED, *(f"frame_pose:{name}" for name in frames)]
+    names += [row for output in scene.outputs for row in output.of]
+    for _kind, row, frame in asked_products(scene):  # a product is held to its row
+        names.append(f"{row}:{frame}" if frame else row)
+    if "base_regressor" in names:
+        names.append("base_parameters")
     combined = (output for output in scene.outputs if len(output.of) > 1)
-    return (*(Output(name.replace(":", "_"), (name,)) for name in names), *combined)
+    return (*(Output(name.replace(":", "_"), (name,)) for name in dict.fromkeys(names)), *combined)
 
 
 def _generate(scene: Scene, outputs: tuple[Output, ...], precision: str, folder: Path) -> Any:
@@ -103,12 +110,23 @@ def _generate(scene: Scene, outputs: tuple[Output, ...], precision: str, folder:
     return generate(replace(scene, outputs=outputs, options=options), folder / precision).load()
 
 
+def _single_outputs(scene: Scene) -> tuple[Output, ...]:
+    """What is compared in single precision: the dynamics, and rows that the scene asks for and Pinocchio has."""
+    from symgen.validation.pinocchio_rows import PEER_ROWS
+
+    asked = [row for output in scene.outputs for row in output.of if row.partition(":")[0] in PEER_ROWS]
+    return tuple(Output(name.replace(":", "_"), (name,)) for name in dict.fromkeys((*DYNAMICS, *asked)))
+
+
 def _single_precision(scene: Scene, functions: Any, states: int, seed: int) -> tuple[list[Row], list[Skip]]:
     """The float functions at the same states; the criterion grows with the unit roundoff, 2⁻²⁴ : 2⁻⁵³."""
     from symgen.validation.compare import compare_with_pinocchio
+    from symgen.validation.compare_rows import compare_rows
     from symgen.validation.functions import bind
 
-    return compare_with_pinocchio(scene, bind(functions, scene), states, seed, ", float", 2.0**29)
+    bound, loosen = bind(functions, scene), 2.0**29
+    rows, skipped = compare_with_pinocchio(scene, bound, states, seed, ", float", loosen)
+    return [*rows, *compare_rows(scene, bound, states, seed, ", float", loosen)], skipped
 
 
 @dataclass
@@ -180,16 +198,22 @@ def _against_pinocchio(report: _Report, scene: Scene, bound: Any, states: int, s
         compare_with_pinocchio,
         snapping_rows,
     )
+    from symgen.validation.compare_products import compare_products
+    from symgen.validation.compare_rows import compare_rows
     from symgen.validation.functions import Bound, vary_parameters
 
     report.take(
         [Row(SAME_STATE, "Pinocchio's body poses against plain kinematics", adapters_agree(scene, seed), 1e-12)]
     )
     report.take(*compare_with_pinocchio(scene, bound, states, seed))
+    report.take(compare_rows(scene, bound, states, seed))
+    report.take(*compare_products(scene, bound, seed))
     if scene.parameters:
         changed, p = vary_parameters(scene, np.random.default_rng(seed))
         again = Bound(bound.functions, p)
-        report.take(*compare_with_pinocchio(changed, again, max(1, states // 10), seed, ", other parameters"))
+        few = max(1, states // 10)
+        report.take(*compare_with_pinocchio(changed, again, few, seed, ", other parameters"))
+        report.take(compare_rows(changed, again, few, seed, ", other parameters"))
     report.take(snapping_rows(scene, seed))
 
 

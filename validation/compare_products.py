@@ -83,8 +83,7 @@ def jacobian(target: Target, s: State, inputs: tuple[str, ...]) -> Jacobian:
         found = {x: (J,) for x, J in zip(("q", "v", "tau"), by, strict=True)}
     for name in inputs:
         if name == "p":
-            p = target.functions.p
-            found["p"] = columns(lambda unit, t: target.own(s, p + t * unit), p.size)
+            found["p"] = by_parameters(target, s)
         elif name == "q" and "q" not in found:
             found["q"] = columns(lambda unit, t: target.value(s._replace(q=move(peer, s.q, unit, t))), n)
         elif name not in found:
@@ -94,6 +93,11 @@ def jacobian(target: Target, s: State, inputs: tuple[str, ...]) -> Jacobian:
 
             found[name] = columns(along, n)
     return found
+
+
+def by_parameters(target: Target, s: State) -> Ports:
+    p = target.functions.p
+    return columns(lambda unit, t: target.own(s, p + t * unit), p.size)
 
 
 def expected_jvp(J: Jacobian, directions: dict[str, Array]) -> Ports:
@@ -117,12 +121,12 @@ def product_difference(target: Target, kind: str, s: State, rng: np.random.Gener
         inputs += ("p",)
     state = {x: getattr(s, x) for x in inputs if x != "p"}
     if kind == "parameter_jacobian":
-        expected = jacobian(target, s, ("p",))["p"]
+        expected = by_parameters(target, s)
         found = functions.all(name, *state.values())
     else:
         J = jacobian(target, s, inputs)
         if kind == "jvp":
-            directions = {x: rng.uniform(-1, 1, J[x][0].shape[-1]) for x in inputs}
+            directions = {x: np.asarray(rng.uniform(-1, 1, J[x][0].shape[-1:])) for x in inputs}
             expected = expected_jvp(J, directions)
             given = {**state, **{f"d{x}": d for x, d in directions.items()}}
         else:

@@ -14,7 +14,7 @@ from symgen.validation.functions import Bound
 from symgen.validation.mechanism import Array
 from symgen.validation.pinocchio_model import Pinocchio, build_pinocchio
 from symgen.validation.pinocchio_rows import NEW, PEER_ROWS, State, inertial_force
-from symgen.validation.result import Row, Skip
+from symgen.validation.result import Row
 
 DERIVATIVE = 1e-10
 """Relative criterion of derivatives, each output against its own largest entry."""
@@ -136,7 +136,7 @@ def states_of(peer: Pinocchio, count: int, seed: int) -> list[State]:
 
 def compare_rows(
     scene: Scene, functions: Bound, states: int, seed: int, label: str = "", loosen: float = 1.0
-) -> tuple[list[Row], list[Skip]]:
+) -> list[Row]:
     """One line for every row beyond the plain dynamics that ``functions`` has; frames are taken together."""
     peer = build_pinocchio(scene)
     source = f"Pinocchio {peer.pin.__version__}"
@@ -154,7 +154,7 @@ def compare_rows(
         note = f"{len(names)} frames, worst {frame}; {worst.note}".rstrip("; ") if frame else worst.note
         rows.append(Row(SAME_STATE, row + label, worst.value, loosen * worst.criterion, note, source))
     rows.extend(base_rows(peer, functions, drawn, label, loosen * CRITERION, source))
-    return rows, []
+    return rows
 
 
 def base_rows(

@@ -1,4 +1,4 @@
-"""Springs and dampers by the validators' own kinematics, and their derivatives by the complex step (exact to rounding)."""
+"""Springs and dampers by the validators' own kinematics; their derivatives by the complex step, exact to rounding."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ def map_change(peer: Pinocchio, q: Array, v: Array) -> MapChange:
 
 def mass_matrix_inverse(peer: Pinocchio, s: State, frame: str = "") -> tuple[Array, ...]:
     if not peer.square or np.any(peer.loose_armature):
-        return (np.linalg.inv(peer.mass_matrix(s.q)),)
+        return (np.asarray(np.linalg.inv(peer.mass_matrix(s.q))),)
     S = peer.velocity_map(s.q, s.v).S
     upper = np.triu(np.array(peer.pin.computeMinverse(peer.model, peer.data, peer.expand(s.q))))
     return (S.T @ (upper + np.triu(upper, 1).T) @ S,)
@@ -90,11 +90,11 @@ def inverse_dynamics_gradient(peer: Pinocchio, s: State) -> tuple[Array, Array, 
 
 
 def forward_dynamics_derivatives(peer: Pinocchio, s: State, frame: str = "") -> tuple[Array, ...]:
-    """By Pinocchio's derivatives of ABA; where joints are coupled or a floating base has armature, from those of RNEA."""
+    """By the derivatives of ABA; where joints are coupled or a floating base has armature, from those of RNEA."""
     if not peer.square or np.any(peer.loose_armature):
         a = peer.forward_dynamics(s.q, s.v, s.tau)
         by_q, by_v, M = inverse_dynamics_gradient(peer, s._replace(a=a))
-        inverse = np.linalg.inv(M)
+        inverse = np.asarray(np.linalg.inv(M))
         return -inverse @ by_q, -inverse @ by_v, inverse
     to_pin, change = peer.velocity_map(s.q, s.v), map_change(peer, s.q, s.v)
     S, dS = to_pin.S, change.S

@@ -20,6 +20,9 @@ class Changed:
         def changed(*arguments: Any, **more: Any) -> Any:
             return self._change(function(*arguments, **more), *arguments)
 
+        for names in ("inputs", "outputs"):
+            if hasattr(function, names):
+                setattr(changed, names, getattr(function, names))
         return changed
 
 

@@ -25,15 +25,18 @@ class DerivedFunctions:
                 function = system.casadi(output.name)
             except SymgenError:
                 continue
-            shape = system.program(output.name).outputs[0].shape
-            setattr(self, output.name, self._wrap(function, shape))
+            ports = system.program(output.name).outputs
+            setattr(self, output.name, self._wrap(function, [port.shape for port in ports]))
+            getattr(self, output.name).outputs = tuple(port.name for port in ports)
 
     @staticmethod
-    def _wrap(function: Any, shape: tuple[int, ...]) -> Call:
+    def _wrap(function: Any, shapes: list[tuple[int, ...]]) -> Call:
         names = [function.name_in(k) for k in range(function.n_in())]
 
         def one(*arguments: Any) -> Any:
-            return function.call(list(arguments))[0].full().reshape(shape)
+            values = function.call(list(arguments))
+            found = tuple(value.full().reshape(shape) for value, shape in zip(values, shapes, strict=True))
+            return found[0] if len(found) == 1 else found
 
         def call(*arguments: Any, p: Any = None) -> Any:
             tail = () if "p" not in names else (p,)
@@ -41,4 +44,5 @@ class DerivedFunctions:
                 return one(*arguments, *tail)
             return np.array([one(*rows, *tail) for rows in zip(*arguments, strict=True)])
 
+        call.inputs = tuple(name for name in names if name != "p")  # type: ignore[attr-defined]
         return call
