@@ -89,7 +89,15 @@ def generate_files(system: System, progress: Progress) -> Generated:
 def target_info(system: System) -> Info:
     """What targets must know of a scene beside its programs."""
     joints = tuple(
-        JointRow(body.joint.name, body.joint.type, (body.q, body.nq), (body.v, body.nv)) for body in system.tree.bodies
+        JointRow(
+            body.joint.name,
+            body.joint.type,
+            (body.q, body.nq),
+            (body.v, body.nv),
+            body.joint.limits,
+            body.joint.mimic,
+        )
+        for body in system.tree.bodies
     )
     scene = system.scene
     return Info(

@@ -10,7 +10,7 @@ from typing import Any
 
 from symgen.program.instructions import Counts, Port, Program, count
 from symgen.targets.c.emit import LICENCE, Emitted
-from symgen.targets.c.info import Info
+from symgen.targets.c.info import Info, JointRow
 
 FORMAT = 1
 
@@ -58,7 +58,7 @@ def build_manifest(
         "headers": list(emitted.headers) if emitted else [],
         "nq": info.nq,
         "nv": info.nv,
-        "joints": [{"name": j.name, "type": j.type, "q": list(j.q), "v": list(j.v)} for j in info.joints],
+        "joints": [_joint(joint) for joint in info.joints],
         "parameters": [
             {
                 "name": p.name,
@@ -99,6 +99,18 @@ def _function(
         "plan": program.plan,
         "certificate": dict(record.certificate),
     }
+
+
+def _joint(joint: JointRow) -> dict[str, Any]:
+    """``limits`` and ``mimic`` only where there are any."""
+    row: dict[str, Any] = {"name": joint.name, "type": joint.type, "q": list(joint.q), "v": list(joint.v)}
+    if joint.limits:
+        row["limits"] = dict(joint.limits)
+    if joint.mimic:
+        coupling = joint.mimic
+        numbers = {"multiplier": float(coupling.multiplier), "offset": float(coupling.offset)}
+        row["mimic"] = {"joint": coupling.joint, **numbers}
+    return row
 
 
 def _port(port: Port) -> dict[str, Any]:

@@ -19,7 +19,8 @@ class Mounts:
 
     snap: Fraction
     snapped: dict[str, float] = field(default_factory=dict)
-    near: list[str] = field(default_factory=list)
+    near: dict[tuple[str, str], list[str]] = field(default_factory=dict)
+    """(angle as given, exact value) → whose it is."""
     raw: dict[str, Floats3] = field(default_factory=dict)
     """Joint → rotation as it was described, for the joints that were snapped."""
 
@@ -35,18 +36,22 @@ class Mounts:
             self.snapped[owner] = rotation.snapped
             if joint:
                 self.raw[joint] = rotation.raw
-        for given, exact in rotation.near_misses:
-            self.near.append(
-                f"{owner}: the angle {given} is near a quarter turn, but not within the snap angle "
-                f"{float(self.snap):g} rad; {exact} would make it exact (or a larger 'snap' option)"
-            )
+        for miss in rotation.near_misses:
+            owners = self.near.setdefault(miss, [])
+            if owner not in owners:
+                owners.append(owner)
 
     def notes(self) -> list[str]:
-        """One line that lists every snap with the largest change, one line for each near miss."""
+        """One line that lists every snap with the largest change, one line for each angle that is a near miss."""
+        notes = [
+            f"{', '.join(owners)}: the angle {given} is near a quarter turn, but not within the snap angle "
+            f"{float(self.snap):g} rad; {exact} would make it exact (or a larger 'snap' option)"
+            for (given, exact), owners in self.near.items()
+        ]
         if not self.snapped:
-            return list(self.near)
+            return notes
         owners = ", ".join(f"{owner} ({angle:.1e} rad)" for owner, angle in self.snapped.items())
-        return [f"rotations snapped to exact quarter turns: {owners}", *self.near]
+        return [f"rotations snapped to exact quarter turns: {owners}", *notes]
 
 
 def compose(outer: Transform, inner: Transform) -> Transform:

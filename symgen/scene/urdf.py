@@ -199,14 +199,19 @@ class _Reader:
         dynamics, limit = element.find("dynamics"), element.find("limit")
         if dynamics and self.number(dynamics, "friction", element, ZERO):
             self.unread["friction"] += 1
-        limits = [(key, float(self.number(limit, key, element))) for key in LIMITS if limit and key in limit.attributes]
         return replace(
             plain,
             axis=None if kind == "floating" else self._axis(element),
             damping=self.number(dynamics, "damping", element, ZERO) if dynamics else ZERO,
-            limits=tuple(limits),
+            limits=self._limits(element, limit) if limit else (),
             mimic=self._mimic(element),
         )
+
+    def _limits(self, element: Element, limit: Element) -> tuple[tuple[str, float], ...]:
+        """Those that the file gives; an infinite one is none."""
+        given = {key: limit.attributes[key].strip() for key in LIMITS if key in limit.attributes}
+        finite = [key for key, text in given.items() if text.lower().strip("+-") not in ("inf", "infinity")]
+        return tuple((key, float(self.number(limit, key, element))) for key in finite)
 
     def _axis(self, element: Element) -> Vector:
         axis = self.vector(element.find("axis"), "xyz", element, "1 0 0")

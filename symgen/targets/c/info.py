@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from symgen.scene.model import Options, Parameter
+from symgen.scene.model import Mimic, Options, Parameter
 
 
 @dataclass(frozen=True)
 class JointRow:
-    """A joint as the manifest lists it; ``q`` and ``v`` are (start, size)."""
+    """A joint as the manifest lists it; ``q`` and ``v`` are (start, size), of a joint that mimics its master's."""
 
     name: str
     type: str
     q: tuple[int, int]
     v: tuple[int, int]
+    limits: tuple[tuple[str, float], ...] = ()
+    """What the scene or model says of limits: lower, upper, velocity, effort."""
+    mimic: Mimic | None = None
 
 
 @dataclass(frozen=True)
