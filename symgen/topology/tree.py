@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,6 +73,8 @@ class Tree:
     """Every body and every named frame: (index of the tree body it is fixed in, −1 for ground; its pose there)."""
     welds: Mapping[str, tuple[Joint, ...]]
     """Every body and named frame: the fixed joints on the way there from the tree body it is fixed in."""
+    kept: dict[str, Any] = field(default_factory=dict, compare=False, repr=False)
+    """What was once derived of this tree and took long, by name."""
 
     @cached_property
     def nq(self) -> int:
