@@ -14,11 +14,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from symgen.errors import ToolError
+from symgen.errors import NotSupportedError, ToolError
 from symgen.scene.model import Output, Scene
 from symgen.validation.result import Refinement, Row, Skip, Trajectory, ValidationResult
+
+if TYPE_CHECKING:
+    from symgen.system import System
 
 __all__ = ["Refinement", "Row", "Skip", "Trajectory", "ValidationResult", "validate"]
 
@@ -105,9 +108,23 @@ def wanted_outputs(scene: Scene) -> tuple[Output, ...]:
 
 def _generate(scene: Scene, outputs: tuple[Output, ...], precision: str, folder: Path) -> Any:
     from symgen.generate import generate
+    from symgen.system import derive
 
     options = replace(scene.options, precision=precision, targets=("c",), batch=False)
-    return generate(replace(scene, outputs=outputs, options=options), folder / precision).load()
+    system = derive(replace(scene, outputs=outputs, options=options))
+    asked = {row for output in scene.outputs for row in output.of}
+    possible = tuple(output for output in outputs if asked.issuperset(output.of) or _can(system, output))
+    system = replace(system, scene=replace(system.scene, outputs=possible))
+    return generate(system.scene, folder / precision, system=system).load()
+
+
+def _can(system: System, output: Output) -> bool:
+    """Not every scene has every row that the checks could use (constraints, with joint origins given at run time)."""
+    try:
+        system.program(output.name)
+    except NotSupportedError:
+        return False
+    return True
 
 
 def _single_outputs(scene: Scene) -> tuple[Output, ...]:

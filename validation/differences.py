@@ -96,16 +96,25 @@ def transformation_rows(context: Context) -> Iterator[Row]:
 
 def constraint_rows(context: Context) -> Iterator[Row]:
     f, closed, tangent, nullity = context.f, 0.0, 0.0, 0
+    couplings = sum(link.coupling is not None for link in context.mechanism.links)  # Ψ does not hold mimic joints
     for q, _v, _a, _tau in context.states:
         psi, J = f("constraints", q), f("constraint_jacobian", q)
         R = f("velocity_transformation", q)
         size = max(1.0, norm(f("natural_coordinates", q))) ** 2
         closed = max(closed, norm(psi) / size)
         tangent = max(tangent, norm(J @ R) / (max(1.0, norm(J)) * max(1.0, norm(R))))
-        nullity = max(nullity, abs(J.shape[1] - int(np.linalg.matrix_rank(J, tol=1e-9 * norm(J))) - R.shape[1]))
+        free = J.shape[1] - int(np.linalg.matrix_rank(J, tol=1e-9 * norm(J)))
+        nullity = max(nullity, abs(free - R.shape[1] - couplings))
     yield Row("constraints", "Ψ(x) = 0", closed, ROUNDING, "relative to |x|²", "identity")
     yield Row("constraints", "Ψ_q R = 0", tangent, ROUNDING, "relative to |Ψ_q||R|", "identity")
-    yield Row("constraints", "nullity Ψ_q − degrees of freedom", float(nullity), 0.0, "", "identity")
+    yield Row(
+        "constraints",
+        "nullity Ψ_q − degrees of freedom" + (" − couplings" if couplings else ""),
+        float(nullity),
+        0.0,
+        "",
+        "identity",
+    )
 
 
 def transformation_rate_rows(context: Context) -> Iterator[Row]:
