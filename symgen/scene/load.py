@@ -12,7 +12,7 @@ from symgen.scene.model import Scene
 
 
 def load(path: str | os.PathLike[str]) -> Scene:
-    """Read a scene (``.yaml``), or a model (``.urdf``), as a validated Scene with exact numbers.
+    """Read a scene (``.yaml``), or a model (URDF or MJCF), as a validated Scene with exact numbers.
 
     The kind is taken from the content: XML is a model, the rest is YAML. Raises SceneError with one
     line that names file and place; NotSupportedError for what is right but cannot be done yet.
@@ -22,8 +22,8 @@ def load(path: str | os.PathLike[str]) -> Scene:
     name = clean(path.name, 120)
     if data.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<"):
         return model_scene(data, path)
-    if path.suffix in (".urdf", ".xml", ".xacro"):
+    if path.suffix in (".urdf", ".xml", ".xacro", ".mjcf"):
         raise SceneError("is not XML", name)
-    if path.suffix in (".sdf", ".usd", ".usda", ".mjcf"):
-        raise NotSupportedError(f"{name}: {path.suffix} files are not read yet; give a scene (.yaml) or URDF")
+    if path.suffix in (".sdf", ".usd", ".usda"):
+        raise NotSupportedError(f"{name}: {path.suffix} files are not read; give a scene (.yaml), URDF or MJCF")
     return assemble(parse_yaml(decode(data, name), name), path.parent)

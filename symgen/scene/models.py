@@ -49,16 +49,21 @@ def place(file: str, element: Element) -> str:
 
 
 def read_model(data: bytes, path: Path, floating: bool, mounts: Mounts) -> Model:
-    """The model in an XML text. ``path`` is where it was read (for what it includes); ``floating`` frees its root.
+    """The model in an XML text, URDF or MJCF.
 
-    Raises SceneError naming file, line and element; NotSupportedError for formats that are not read.
+    ``path`` is where it was read (for what it includes); ``floating`` frees its root. Raises SceneError naming file,
+    line and element; NotSupportedError for formats that are not read; ToolError for MJCF without MuJoCo.
     """
     from symgen.scene.urdf import read_urdf
 
     file = clean(path.name, 120)
     root = parse_xml(data, file)
     if root.tag == "mujoco":
-        raise NotSupportedError(f"{file}: MJCF files are not read yet; give a scene (.yaml) or URDF")
+        from symgen.scene.mjcf import read_mjcf
+
+        return read_mjcf(root, path, floating, mounts)
+    if root.tag == "mujocoinclude":
+        raise SceneError("is a part that an MJCF model includes; give the model", file)
     if root.tag == "sdf":
         raise NotSupportedError(f"{file}: SDF files are not read; give a scene (.yaml) or URDF")
     if root.tag != "robot":
