@@ -1,8 +1,9 @@
 """The command line: thin commands over `symgen.derive`, `symgen.generate`, `symgen.validation` and `symgen.bench`.
 
 Exit status: 0 success; 1 a validation or bench criterion or a certificate failed; 2 bad input, wrong usage or a missing
-tool; 130 interrupted; 141 the reader of the output went away. Every error is one line on stderr, and with ``--json``
-also an object with the key ``error`` on stdout. ``SYMGEN_DEBUG=1`` lets unexpected exceptions show their traceback.
+tool; 130 interrupted, 143 or 129 ended by SIGTERM or SIGHUP; 141 the reader of the output went away. Every error is one
+line on stderr, and with ``--json`` also an object with the key ``error`` on stdout. ``SYMGEN_DEBUG=1`` lets unexpected
+exceptions show their traceback.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -242,6 +244,18 @@ def _fail(message: str, status: int, as_json: bool) -> int:
     return status
 
 
+class Ended(BaseException):
+    """A signal asks the process to end: scratch folders go and what is half written is undone on the way out."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+def _end(number: int, _frame: object) -> None:
+    raise Ended(number)
+
+
 def run(arguments: Sequence[str]) -> int:
     """Run one command line; returns the exit status and raises nothing (unless SYMGEN_DEBUG is set)."""
     try:
@@ -249,6 +263,9 @@ def run(arguments: Sequence[str]) -> int:
     except (click.Abort, KeyboardInterrupt):
         click.echo("symgen: interrupted", err=True)
         return 130
+    except Ended as error:
+        click.echo("symgen: ended by a signal", err=True)
+        return 128 + error.number
     except (BrokenPipeError, SystemExit):  # click turns the first into the second
         # Nobody reads any more; keep the interpreter from complaining when it flushes at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -287,4 +304,8 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a terminal that cannot show π still gets the rest
             stream.reconfigure(errors="backslashreplace")
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) == signal.SIG_DFL:  # nohup stays what it is
+            signal.signal(number, _end)
     sys.exit(run(sys.argv[1:]))

@@ -9,7 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from symgen.algebra.field import FieldNumbers
-from symgen.artifact import Artifact, FunctionRecord, build_manifest, manifest_text, write_artifact
+from symgen.artifact import (
+    Artifact,
+    FunctionRecord,
+    build_manifest,
+    check_target,
+    manifest_text,
+    write_artifact,
+)
 from symgen.certificate import Candidate, Certificate, Certifier
 from symgen.errors import CertificateError
 from symgen.program.evaluate import evaluate_residues
@@ -47,6 +54,7 @@ def generate(
     written then.
     """
     scene = load(scene) if isinstance(scene, str | Path) else scene
+    check_target(out_dir)
     system = system or derive(scene)
     generated = generate_files(system, progress or (lambda done, total, what: None))
     write_artifact(out_dir, generated.files)

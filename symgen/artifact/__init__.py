@@ -3,7 +3,7 @@
 from symgen.artifact.compiler import RELEASE_FLAGS, find_compiler
 from symgen.artifact.load import Artifact, Loaded
 from symgen.artifact.manifest import FunctionRecord, build_manifest, manifest_text
-from symgen.artifact.write import write_artifact
+from symgen.artifact.write import check_target, write_artifact
 
 __all__ = [
     "RELEASE_FLAGS",
@@ -11,6 +11,7 @@ __all__ = [
     "FunctionRecord",
     "Loaded",
     "build_manifest",
+    "check_target",
     "find_compiler",
     "manifest_text",
     "write_artifact",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import hashlib
 import os
 import platform
@@ -19,6 +20,7 @@ RELEASE_FLAGS = ("-O3", "-ffp-contract=fast", "-fno-math-errno", "-march=native"
 """What every figure of symgen is measured with."""
 ALWAYS = ("-std=c99", "-fPIC", "-shared")
 CANDIDATES = ("cc", "gcc", "clang")
+MADE = "made.so"
 
 
 def find_compiler(cc: str | None = None) -> str:
@@ -39,8 +41,8 @@ def find_compiler(cc: str | None = None) -> str:
 
 
 def cache_folder(cache: str | Path | None = None) -> Path:
-    """Where compiled libraries are kept: ``cache``, else $XDG_CACHE_HOME/symgen, else ~/.cache/symgen; a new folder
-    under the system's temporary one where that cannot be written."""
+    """Where compiled libraries are kept: ``cache``, else $XDG_CACHE_HOME/symgen, else ~/.cache/symgen; where that
+    cannot be written, a folder under the system's temporary one that goes when the process ends."""
     if cache is not None:
         folder = Path(cache)
     else:
@@ -48,7 +50,7 @@ def cache_folder(cache: str | Path | None = None) -> Path:
         try:
             folder = (Path(root) if os.path.isabs(root) else Path.home() / ".cache") / "symgen"
         except RuntimeError:  # no home
-            return Path(tempfile.mkdtemp(prefix="symgen-"))
+            return _passing_folder()
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
@@ -56,7 +58,15 @@ def cache_folder(cache: str | Path | None = None) -> Path:
     except OSError as error:
         if cache is not None:
             raise ToolError(f"cannot keep compiled code in {folder}: {error.strerror}") from None
-        return Path(tempfile.mkdtemp(prefix="symgen-"))
+        return _passing_folder()
+
+
+@cache
+def _passing_folder() -> Path:
+    """One folder for this process, gone when it ends."""
+    folder = Path(tempfile.mkdtemp(prefix="symgen-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
 
 
 @cache
@@ -86,16 +96,25 @@ def shared_library(
     library = cache / f"{name}-{digest.hexdigest()[:32]}.so"
     if library.exists():
         return library
-    with tempfile.TemporaryDirectory(prefix="build-", dir=cache) as scratch:
-        for file, text in texts.items():
-            Path(scratch, file).write_text(text, encoding="utf-8")
-        command = [*shlex.split(cc), *ALWAYS, *flags, "-o", "made.so", *sources, "-lm"]
-        try:
-            ran = subprocess.run(command, cwd=scratch, capture_output=True, text=True, check=False)
-        except OSError as error:
-            raise ToolError(f"cannot run the C compiler {cc}: {error.strerror}") from None
-        if ran.returncode:
-            lines = [line for line in ran.stderr.splitlines() if "error" in line] or ran.stderr.splitlines()
-            raise ToolError(f"{cc} could not compile {name}: {lines[0] if lines else 'no message'}")
-        os.replace(Path(scratch, "made.so"), library)
+    try:
+        with tempfile.TemporaryDirectory(prefix="build-", dir=cache) as scratch:
+            _compile(name, texts, sources, cc, flags, Path(scratch))
+            os.replace(Path(scratch, MADE), library)
+    except OSError as error:
+        raise ToolError(f"cannot keep compiled code in {cache}: {error.strerror}") from None
     return library
+
+
+def _compile(
+    name: str, texts: Mapping[str, str], sources: Sequence[str], cc: str, flags: Sequence[str], scratch: Path
+) -> None:
+    for file, text in texts.items():
+        (scratch / file).write_text(text, encoding="utf-8")
+    command = [*shlex.split(cc), *ALWAYS, *flags, "-o", MADE, *sources, "-lm"]
+    try:
+        ran = subprocess.run(command, cwd=scratch, capture_output=True, text=True, errors="replace", check=False)
+    except OSError as error:
+        raise ToolError(f"cannot run the C compiler {cc}: {error.strerror}") from None
+    if ran.returncode:
+        lines = [line for line in ran.stderr.splitlines() if "error" in line] or ran.stderr.splitlines()
+        raise ToolError(f"{cc} could not compile {name}: {lines[0] if lines else 'no message'}")

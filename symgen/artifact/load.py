@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,8 +14,11 @@ from symgen.artifact.compiler import RELEASE_FLAGS, cache_folder, find_compiler,
 from symgen.artifact.function import CompiledFunction
 from symgen.artifact.manifest import FORMAT
 from symgen.artifact.shim import SHIM, shim_symbol, shim_text
-from symgen.artifact.write import MANIFEST
+from symgen.artifact.staging import MANIFEST, locked, recover
 from symgen.errors import SceneError, SymgenError, ToolError
+from symgen.scene.document import clean
+
+NEEDED = frozenset({"name", "sources", "headers", "parameters", "functions"})
 
 
 class Loaded:
@@ -54,14 +58,26 @@ class Artifact:
     @cached_property
     def manifest(self) -> dict[str, Any]:
         """manifest.json. Raises SceneError where there is none or it is not one of ours."""
+        with self._whole():
+            return self._manifest()
+
+    @contextmanager
+    def _whole(self) -> Iterator[None]:
+        """No other process of symgen is amid writing the folder; one that was killed is made good first."""
+        if not (self.directory / MANIFEST).exists():
+            recover(self.directory)
+        with locked(self.directory, shared=True):
+            yield
+
+    def _manifest(self) -> dict[str, Any]:
         path = self.directory / MANIFEST
         try:
             manifest = json.loads(path.read_text(encoding="utf-8"))
         except OSError as error:
             raise SceneError(f"no artifact here: {error.strerror}", str(path)) from None
-        except ValueError as error:
-            raise SceneError(f"not a manifest: {error}", str(path)) from None
-        if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
+        except (ValueError, RecursionError) as error:
+            raise SceneError(f"not a manifest: {clean(str(error))}", str(path)) from None
+        if not isinstance(manifest, dict) or manifest.get("format") != FORMAT or not manifest.keys() >= NEEDED:
             raise SceneError(f"not a manifest of format {FORMAT}", str(path))
         return manifest
 
@@ -78,12 +94,15 @@ class Artifact:
         $XDG_CACHE_HOME/symgen or ~/.cache/symgen). Raises ToolError without a compiler or when it fails, SceneError
         when files of the artifact are missing.
         """
-        manifest = self.manifest
+        with self._whole():
+            manifest = self._manifest()
+            texts = {name: self._text(name) for name in [*manifest["sources"], *manifest["headers"]]}
         if not manifest["sources"]:
             raise SceneError("there is no C in this artifact (targets)", str(self.directory))
-        texts = {name: self._text(name) for name in [*manifest["sources"], *manifest["headers"]]}
         texts[SHIM] = shim_text(manifest)
-        library = self._compile(texts, [*manifest["sources"], SHIM], find_compiler(cc), flags, cache_folder(cache))
+        library = _compile(
+            str(manifest["name"]), texts, [*manifest["sources"], SHIM], find_compiler(cc), flags, cache_folder(cache)
+        )
         try:
             handle = ctypes.CDLL(str(library))
         except OSError as error:
@@ -96,22 +115,6 @@ class Artifact:
         }
         return Loaded(functions, library)
 
-    def _compile(
-        self, texts: Mapping[str, str], sources: Sequence[str], cc: str, flags: Sequence[str] | None, cache: Path
-    ) -> Path:
-        name = str(self.manifest["name"])
-        if flags is not None:
-            return shared_library(name, texts, sources, cc, flags, cache)
-        try:
-            return shared_library(name, texts, sources, cc, RELEASE_FLAGS, cache)
-        except SymgenError:
-            without = [flag for flag in RELEASE_FLAGS if flag != "-march=native"]  # not every compiler knows it
-            try:
-                return shared_library(name, texts, sources, cc, without, cache)
-            except SymgenError:
-                pass
-            raise
-
     def _text(self, name: str) -> str:
         if Path(name).name != name:
             raise SceneError(f"not a file of an artifact: {name}", str(self.directory / MANIFEST))
@@ -119,3 +122,19 @@ class Artifact:
             return (self.directory / name).read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError):
             raise SceneError("listed in the manifest and not readable", str(self.directory / name)) from None
+
+
+def _compile(
+    name: str, texts: Mapping[str, str], sources: Sequence[str], cc: str, flags: Sequence[str] | None, cache: Path
+) -> Path:
+    if flags is not None:
+        return shared_library(name, texts, sources, cc, flags, cache)
+    try:
+        return shared_library(name, texts, sources, cc, RELEASE_FLAGS, cache)
+    except SymgenError:
+        without = [flag for flag in RELEASE_FLAGS if flag != "-march=native"]  # not every compiler knows it
+        try:
+            return shared_library(name, texts, sources, cc, without, cache)
+        except SymgenError:
+            pass
+        raise

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from symgen.artifact import write_artifact
-from symgen.artifact.write import STAGING
+from symgen.artifact.staging import STAGING
 from symgen.errors import SceneError
 
 AS_ROOT = hasattr(os, "geteuid") and os.geteuid() == 0
