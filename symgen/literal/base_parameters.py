@@ -191,9 +191,7 @@ def combination_of(matrix: Ints, pivots: Sequence[int], p: int) -> Ints | None:
 # --- rational numbers from residues -----------------------------------------------------------------------------------
 
 
-def _rational(
-    residues: Sequence[tuple[int, Ints]], pivots: Sequence[int]
-) -> tuple[Mapping[int, Fraction], ...] | None:
+def _rational(residues: Sequence[tuple[int, Ints]], pivots: Sequence[int]) -> tuple[Mapping[int, Fraction], ...] | None:
     """K from its residues, or None where they are too few: the last prime is kept to tell."""
     (*used, last) = residues
     if not used:

@@ -76,7 +76,7 @@ class Literal:
             return x
         return tuple(dot(self.values.vector(axis), x) for axis in self.natural.plane[:2])
 
-    def _local(self, entity: Entity) -> Vec:
+    def place(self, entity: Entity) -> Vec:
         """Position of a point or direction of a vector in ground axes."""
         pose, local = self.at.pose(entity.home), constants(entity.local[entity.home], self.values.numbers)
         return pose.point(local) if entity.kind == "point" else pose.vector(local)
@@ -86,14 +86,14 @@ class Literal:
         if entity.kind == "angle":
             return {body.v: (self.values.multiplier(body),)}
         find = motion.point_columns if entity.kind == "point" else motion.vector_columns
-        found = find(self.at, entity.home, self._local(entity))
+        found = find(self.at, entity.home, self.place(entity))
         return {j: self.components(column) for j, column in found.items()}
 
     def _column_rates(self, entity: Entity) -> Columns:
         if entity.kind == "angle":
             return {}
         find = motion.point_column_rates if entity.kind == "point" else motion.vector_column_rates
-        found = find(self.at, self.twists, self.rates, entity.home, self._local(entity))
+        found = find(self.at, self.twists, self.rates, entity.home, self.place(entity))
         return {j: self.components(column) for j, column in found.items()}
 
     @cached_property
@@ -144,7 +144,7 @@ class Literal:
             rows.setdefault(i, []).append((k, block))
         return rows
 
-    def _mass_times(self, values: dict[int, Vec]) -> list[Vec]:
+    def mass_times_field(self, values: dict[int, Vec]) -> list[Vec]:
         """M y, where y holds a value for some entities (ground-fixed ones may be among them)."""
         found = []
         for index, entity in zip(self.natural.moving, self.moving, strict=True):
@@ -157,7 +157,7 @@ class Literal:
         return found
 
     def mass_times(self, y: Sequence[Vec]) -> list[Vec]:
-        return self._mass_times(dict(zip(self.natural.moving, y, strict=True)))
+        return self.mass_times_field(dict(zip(self.natural.moving, y, strict=True)))
 
     def mass_matrix_times(self, x: Sequence[Scalar]) -> list[Scalar]:
         """(RᵀMR) x as Rᵀ(M(R x)), with the armature."""
@@ -208,7 +208,7 @@ class Literal:
             if entity.kind == "angle":
                 found.append((0,))
                 continue
-            place = self._local(entity)
+            place = self.place(entity)
             if entity.kind == "point":
                 full = motion.point_bias(at, twists, bias, entity.home, place)
             else:
@@ -238,7 +238,7 @@ class Literal:
         """−RᵀQ with Q_b = M_b γ: γ = g at every point, ground-fixed ones included, 0 at every vector."""
         g = self.components(self.values.gravity())
         field = {k: g for k, entity in enumerate(self.natural.entities) if entity.kind == "point"}
-        return vneg(tuple(self.apply_transposed(self._mass_times(field))))
+        return vneg(tuple(self.apply_transposed(self.mass_times_field(field))))
 
     def passive_force(self) -> Vec:
         nv = self.tree.nv

@@ -159,4 +159,3 @@ def frame_bias_acceleration(literal: Literal, frame: str) -> Vec:
         return (0,) * 6
     bias = motion.bias_accelerations(literal.at, literal.twists, literal.state.v)
     return (*motion.point_bias(literal.at, literal.twists, bias, home, origin), *bias[home].angular)
-

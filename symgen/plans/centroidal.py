@@ -1,0 +1,143 @@
+"""Centre of mass and momentum by one pass inward in body axes; the momentum matrix from composite inertias.
+
+Regrouped inertia serves: what moves to a parent has the same mass, the same centre and the same momentum there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+from symgen.algebra.linear import IDENTITY, ZERO, Vec, add, cross, is_zero, known_value, matvec, scale, vadd, vsub
+from symgen.errors import SceneError
+from symgen.plans.composite import composite_inertias, field_wrench, unit_motions
+from symgen.plans.coriolis import first_moments, link_velocities
+from symgen.plans.frames import in_ground, rotations
+from symgen.plans.inertia import Inertia, moment_of_inertia
+from symgen.plans.walk import FREE, Links, Moving
+
+Scalar = Any
+
+
+def _roots(links: Links) -> list[Moving]:
+    return [at for at in links.moving if at.link.parent < 0]
+
+
+def _one_root(links: Links) -> Moving | None:
+    """The only link that ground carries, where all mass is beyond it: then the centre is best seen from that link."""
+    roots = _roots(links)
+    grounded = not all(is_zero(x) for x in (links.ground.mass, *links.ground.first))
+    return roots[0] if len(roots) == 1 and not grounded else None
+
+
+def inverse_mass(links: Links, mass: Scalar) -> Scalar:
+    """1 / mass. Raises SceneError where nothing has mass."""
+    if known_value(mass) == 0:
+        scene = links.values.scene
+        raise SceneError("no moving body has mass, so that there is no centre of mass", scene.source or scene.name)
+    return Fraction(1) / mass if isinstance(mass, int) else 1 / mass
+
+
+def _in_ground(links: Links, moments: Sequence[tuple[Scalar, Vec]]) -> tuple[Scalar, Vec]:
+    """Mass and first moment of everything about the ground's origin, from those of each root with all beyond it."""
+    mass, first = links.ground.mass, links.ground.first
+    for at in _roots(links):
+        own, h = moments[at.link.index]
+        mass, first = add(mass, own), vadd(first, vadd(at.to_parent(h), scale(own, at.offset)))
+    return mass, first
+
+
+def center_of_mass(links: Links) -> Vec:
+    """Centre of mass of all moving bodies (3), ground axes."""
+    mass, first = _in_ground(links, first_moments(links))
+    return scale(inverse_mass(links, mass), first)
+
+
+def momentum(links: Links, v: Sequence[Scalar]) -> Vec:
+    """Linear momentum, then angular momentum about the centre of mass (6), ground axes."""
+    arrived = _momenta(links, v)
+    moments = first_moments(links)
+    root = _one_root(links)
+    if root is not None:
+        (mass, h), (p, spin) = moments[root.link.index], arrived[root.link.index]
+        centre = scale(inverse_mass(links, mass), h)
+        return (*root.to_parent(p), *root.to_parent(vsub(spin, cross(centre, p))))
+    linear, angular = ZERO, ZERO
+    for at in _roots(links):
+        p, spin = at.wrench_to_parent(*arrived[at.link.index])
+        linear, angular = vadd(linear, p), vadd(angular, spin)
+    mass, first = _in_ground(links, moments)
+    return (*linear, *vsub(angular, cross(scale(inverse_mass(links, mass), first), linear)))
+
+
+def _momenta(links: Links, v: Sequence[Scalar]) -> list[tuple[Vec, Vec]]:
+    """(momentum, moment of momentum about the link's origin) of each link with everything beyond it, link axes."""
+    start = [
+        _momentum(inertia, at.w, at.v) for inertia, at in zip(links.inertias, link_velocities(links, v), strict=True)
+    ]
+    found = list(start)
+
+    def step(at: Moving, here: tuple[Vec, Vec]) -> tuple[Vec, Vec]:
+        found[at.link.index] = here
+        return at.wrench_to_parent(*here) if at.link.parent >= 0 else here
+
+    links.inward("momentum", start, step, lambda x, y: (vadd(x[0], y[0]), vadd(x[1], y[1])))
+    return found
+
+
+def _momentum(inertia: Inertia, w: Vec, v: Vec) -> tuple[Vec, Vec]:
+    """p = m v + ω × h and I ω + h × v."""
+    p = vadd(scale(inertia.mass, v), cross(w, inertia.first))
+    return p, vadd(matvec(moment_of_inertia(inertia), w), cross(inertia.first, v))
+
+
+def momentum_matrix(links: Links) -> list[list[Scalar]]:
+    """A (6, joint velocities): the momentum of everything beyond a joint that moves alone."""
+    rows: list[list[Scalar]] = [[0] * links.nv for _ in range(6)]
+    composites = composite_inertias(links)
+    axes, centres = rotations(links, links.moving), _centres(links, composites)
+    root = _one_root(links)
+    for at in links.moving:
+        with links.phase(f"momentum matrix: columns of {at.link.name}"):
+            composite, centre = composites[at.link.index], centres[at.link.index]
+            for k, (w, v) in enumerate(_motions(links, at)):
+                p, spin = field_wrench(composite, w, v)
+                about = ZERO if at is root and w == ZERO else vsub(spin, cross(centre, p))
+                column = (*in_ground(axes[at.link.index], p), *in_ground(axes[at.link.index], about))
+                for i, value in enumerate(column):
+                    rows[i][at.link.v + k] = value
+    return rows
+
+
+def _motions(links: Links, at: Moving) -> list[tuple[Vec, Vec]]:
+    """(w, v) of every velocity of a link, link axes."""
+    if at.link.kind != FREE:
+        return unit_motions(at)
+    convention = links.values.scene.options.base_velocity
+    ground = [at.to_link(axis) for axis in IDENTITY]
+    linear, angular = IDENTITY if convention == "body" else ground, ground if convention == "world" else IDENTITY
+    return [(ZERO, axis) for axis in linear] + [(axis, ZERO) for axis in angular]
+
+
+def _centres(links: Links, composites: Sequence[Inertia]) -> list[Vec]:
+    """The centre of mass of everything, seen from each link."""
+    root = _one_root(links)
+    if root is not None:
+        composite = composites[root.link.index]
+        seen = scale(inverse_mass(links, composite.mass), composite.first)
+
+        def start(at: Moving) -> Vec:
+            return seen
+
+    else:
+        mass, first = _in_ground(links, [(composite.mass, composite.first) for composite in composites])
+        centre = scale(inverse_mass(links, mass), first)
+
+        def start(at: Moving) -> Vec:
+            return at.to_link(vsub(centre, at.offset))
+
+    def step(at: Moving, parent: Vec) -> Vec:
+        return start(at) if at.link.parent < 0 else at.to_link(vsub(parent, at.offset))
+
+    return links.outward("centre of mass in link axes", ZERO, step)
