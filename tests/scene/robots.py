@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
@@ -11,13 +12,21 @@ UR5 = "ur_description/urdf/ur5_robot.urdf"
 PANDA = "panda_description/urdf/panda.urdf"
 
 
-def robot(path: str) -> Path:
-    """The file, or skip the test: ``pip install 'symgen[robots]'`` brings it."""
+@cache
+def robots() -> dict[str, Path]:
+    """``panda_description/urdf/panda.urdf`` → its file, of every URDF in example-robot-data; empty without it."""
     try:
         installed = distribution("example-robot-data").files or []
     except PackageNotFoundError:
+        return {}
+    files = [Path(str(file.locate())) for file in installed if file.suffix == ".urdf"]
+    return {"/".join(file.parts[-3:]): file for file in sorted(files)}
+
+
+def robot(path: str) -> Path:
+    """The file, or skip the test: ``pip install 'symgen[robots]'`` brings it."""
+    if not robots():
         pytest.skip("example-robot-data is not installed")
-    for file in installed:
-        if str(file).endswith(path):
-            return Path(str(file.locate()))
-    pytest.skip(f"example-robot-data has no {path}")
+    if path not in robots():
+        pytest.skip(f"example-robot-data has no {path}")
+    return robots()[path]
