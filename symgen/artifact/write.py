@@ -138,12 +138,12 @@ def _is_own(target: Path, name: str) -> bool:
 def _check_foreign(target: Path, files: Iterable[str], own: set[str]) -> None:
     """Raise SceneError when something of other origin is in the way of a file, or of a folder on the way to it."""
     for name in files:
-        if os.path.lexists(target / name) and name not in own:
-            raise SceneError("exists and was not made by symgen; choose another folder", _shown(target / name))
         for folder in PurePosixPath(name).parents:
             path = target / folder
             if folder.parts and os.path.lexists(path) and (path.is_symlink() or not path.is_dir()):
                 raise SceneError("is in the way of a folder; remove it or choose another place", _shown(path))
+        if os.path.lexists(target / name) and name not in own:
+            raise SceneError("exists and was not made by symgen; choose another folder", _shown(target / name))
 
 
 def own_files(folder: Path) -> set[str]:
