@@ -138,6 +138,8 @@ def _owner(value: Any, route: Route) -> str:
     """``revolute joint 'j1' ``, so that a missing field names its owner."""
     if not route:
         return "the scene "
+    if len(route) > 2 and isinstance(route[-1], str):
+        return f"{route[-1]} "
     name = value.get("name") if isinstance(value, dict) else None
     kind = {"bodies": "body", "joints": "joint", "forces": "force", "frames": "frame", "outputs": "output"}.get(
         str(route[0]), str(route[0])

@@ -215,8 +215,8 @@ def test_the_hash_does_not_depend_on_the_run(tmp_path: Path, scene: Scene) -> No
 
 def test_the_catalogue_is_whole() -> None:
     assert set(CATALOGUE) >= AVAILABLE >= {row for output in DEFAULT_OUTPUTS for row in output.of}
-    assert len(CATALOGUE) == 29 and len(AVAILABLE) == 18
-    assert {row for output in DEFAULT_OUTPUTS for row in output.of} == AVAILABLE - OF_A_FRAME
+    assert len(DEFAULT_OUTPUTS) == 17  # what an empty list stands for does not grow with the catalogue
+    assert not {row for output in DEFAULT_OUTPUTS for row in output.of} & OF_A_FRAME
 
 
 def test_outputs_on_the_command_line() -> None:
@@ -245,7 +245,6 @@ def test_asking_something_else(scene: Scene) -> None:
 @pytest.mark.parametrize(
     ("name", "text", "error", "message"),
     [
-        ("a.xml", "<mujoco/>", NotSupportedError, "MJCF files are not read yet"),
         ("a.xml", "<sdf/>", NotSupportedError, "SDF files are not read"),
         (
             "a.urdf.xacro",
@@ -255,7 +254,7 @@ def test_asking_something_else(scene: Scene) -> None:
         ),
         ("a.urdf", "<robot xmlns:xacro='x'/>", SceneError, "no link; its xacro source was expanded without a call"),
         ("a.urdf", "name: x", SceneError, "a.urdf: is not XML"),
-        ("a.sdf", "x", NotSupportedError, ".sdf files are not read yet"),
+        ("a.sdf", "x", NotSupportedError, ".sdf files are not read"),
         ("a.scene.yaml", "<robot name='r'/>", SceneError, "the robot has no link"),
     ],
 )

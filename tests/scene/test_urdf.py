@@ -11,8 +11,11 @@ import numpy as np
 import pytest
 
 from symgen.errors import NotSupportedError, SymgenError
+from symgen.scene.exact import matmul, matvec, transpose, unit_vector
 from symgen.scene.load import load
-from symgen.scene.model import Mimic, Scene
+from symgen.scene.lock import joint_transform
+from symgen.scene.model import IDENTITY3, Mimic, Scene, Transform
+from symgen.scene.mounts import compose
 from tests.scene.robots import PANDA, UR5, robot
 
 GOOD = """\
@@ -171,6 +174,63 @@ def test_hostile_names_load_and_stay_out_of_messages(tmp_path: Path) -> None:
     assert any("the robot's name 'int main(){}' became 'int_main_'" in note for note in scene.notes)
 
 
+# -- joints of several freedoms, odd names, what xacro leaves --------------------------------------------------------
+
+INERTIAL = '<inertial><mass value="2"/><inertia ixx="0.1" iyy="0.2" izz="0.25"/></inertial>'
+FREE = f"""\
+<robot name="free" xmlns:xacro="http://wiki.ros.org/xacro">
+  <link name="ground"/><link name="stand"/><link name="trunk">{INERTIAL}</link><link name="leg">{INERTIAL}</link>
+  <joint name="feet" type="fixed"><parent link="ground"/><child link="stand"/><origin xyz="0 0 1"/></joint>
+  <joint name="free" type="floating"><parent link="stand"/><child link="trunk"/><origin xyz="1 0 0"/></joint>
+  <joint name="hip" type="planar"><parent link="trunk"/><child link="leg"/><origin xyz="0 1 0"/><axis xyz="1 2 2"/>
+    <limit lower="-inf" upper="2" effort="3" velocity="INF"/></joint>
+</robot>
+"""
+
+
+def test_a_floating_joint_starts_at_ground(tmp_path: Path) -> None:
+    scene = load(write(tmp_path, FREE, "free.urdf"))
+    joint = scene.joint("free")
+    assert (joint.type, joint.parent, joint.child) == ("floating", "ground", "trunk")
+    assert joint.origin.translation == (1, 0, 1)
+    assert scene.joint("root_joint").child == "ground_"
+    assert "link 'ground' is called 'ground_' here: 'ground' is the fixed world" in scene.notes
+
+
+def test_a_base_that_floats_already(tmp_path: Path) -> None:
+    write(tmp_path, FREE, "free.urdf")
+    scene = load(write(tmp_path, "name: mine\nmodel: free.urdf\nbase: floating\n", "mine.scene.yaml"))
+    assert [joint.name for joint in scene.joints if joint.type == "floating"] == ["free"]
+    assert scene.joint("root_joint").type == "fixed"
+    assert "base: floating is what the model has already: joint 'free'" in scene.notes
+
+
+def test_a_planar_joint_moves_in_the_plane_across_its_axis(tmp_path: Path) -> None:
+    scene = load(write(tmp_path, FREE, "free.urdf"))
+    joint, weld = scene.joint("hip"), scene.joint("hip_weld")
+    assert (joint.type, joint.child, joint.axis) == ("planar", "hip_plane", None)
+    assert (weld.parent, weld.child) == ("hip_plane", "leg")
+    assert joint.limits == (("upper", 2.0), ("effort", 3.0))
+    assert compose(joint.origin, weld.origin) == Transform(translation=(Fraction(0), Fraction(1), Fraction(0)))
+    normal = (Fraction(1, 3), Fraction(2, 3), Fraction(2, 3))
+    moved = compose(
+        joint.origin,
+        compose(joint_transform(joint, (Fraction(3), Fraction(-2), Fraction(1)), Fraction(0)), weld.origin),
+    )
+    assert sum(a * b for a, b in zip(moved.translation, normal, strict=True)) == Fraction(2, 3)  # that of the origin
+    assert matvec(moved.rotation, normal) == normal
+    assert any(a != b for a, b in zip(moved.rotation[0], (1, 0, 0), strict=True))
+
+
+@pytest.mark.parametrize("axis", ["0 0 1", "0 0 -2", "1 0 0", "0 -1 0", "1 -1 0.5"])
+def test_the_plane_of_any_normal(axis: str, tmp_path: Path) -> None:
+    scene = load(write(tmp_path, FREE.replace("1 2 2", axis), "free.urdf"))
+    rotation = scene.joint("hip").origin.rotation
+    assert tuple(row[2] for row in rotation) == unit_vector(tuple(Fraction(x) for x in axis.split()))  # type: ignore[arg-type]
+    assert matmul(rotation, transpose(rotation)) == IDENTITY3
+    assert ("hip_plane" in [body.name for body in scene.bodies]) == (axis != "0 0 1")
+
+
 # -- a scene that refers to a model --------------------------------------------------------------------------------
 
 
@@ -232,8 +292,8 @@ def test_a_mistake_in_the_model_names_the_model(tmp_path: Path) -> None:
 
 
 def test_a_model_that_is_not_read_yet(tmp_path: Path) -> None:
-    write(tmp_path, "<mujoco/>", "m.xml")
-    with pytest.raises(NotSupportedError, match="MJCF"):
+    write(tmp_path, "<sdf/>", "m.xml")
+    with pytest.raises(NotSupportedError, match="SDF"):
         load(write(tmp_path, "name: mine\nmodel: m.xml\n", "mine.scene.yaml"))
 
 
