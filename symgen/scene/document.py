@@ -22,6 +22,8 @@ from symgen.scene.exact import decimal
 
 MAX_BYTES = 5_000_000
 MAX_DEPTH = 20
+MAX_VALUES = 100_000
+"""What some thousands of bodies need; more takes longer than anybody waits for an error message."""
 
 Key = str | int
 Route = tuple[Key, ...]
@@ -172,6 +174,8 @@ class _Composer:
         self.lines.setdefault(route, event.start_mark.line + 1)
         if len(route) > MAX_DEPTH:
             raise self.fail(f"nested more than {MAX_DEPTH} deep", event, route[:3])
+        if len(self.lines) > MAX_VALUES:
+            raise self.fail(f"has more than {MAX_VALUES} values", event)
         if isinstance(event, yaml.ScalarEvent):
             return self.scalar(event, route)
         return self.sequence(route) if isinstance(event, yaml.SequenceStartEvent) else self.mapping(route)

@@ -25,6 +25,8 @@ from symgen.scene.xml import Element
 ZERO, ONE = Fraction(0), Fraction(1)
 READ = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 LIMITS = ("lower", "upper", "velocity", "effort")
+MAX_LINKS = 3000
+"""Far beyond what can be derived; reading a file of some ten thousand would take a minute."""
 PARTS = {
     "robot": ("link", "joint"),
     "link": ("inertial",),
@@ -118,6 +120,8 @@ class _Reader:
                 check_name(name, place(self.file, element))
             if name in found:
                 raise self.fail(element, f"the name is taken by another {tag} (line {found[name].line})")
+            if len(found) == MAX_LINKS:
+                raise self.fail(element, f"is one too many: at most {MAX_LINKS} {tag}s are read")
             found[name] = element
         if GROUND in found:
             other = self.aliases[tag][GROUND] = _free_name(f"{GROUND}_", found)
