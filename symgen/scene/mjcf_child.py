@@ -98,12 +98,12 @@ def delete(spec: Any, elements: Any) -> None:
 
 def reflects(actuator: Any) -> bool:
     """Adds inertia or damping to the joint it moves."""
-    if actuator.trntype not in JOINT_TRANSMISSIONS or not hasattr(actuator, "armature"):
+    if int(actuator.trntype) not in JOINT_TRANSMISSIONS or not hasattr(actuator, "armature"):
         return False
     return bool(actuator.armature or any(actuator.damping))
 
 
-JOINT_TRANSMISSIONS = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
+JOINT_TRANSMISSIONS = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
 
 
 def weighs(spec: Any, geom: Any) -> bool:
