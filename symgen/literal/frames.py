@@ -10,7 +10,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from symgen.algebra.linear import ZERO, Mat, Vec, add, cross, is_zero, known_value, scale, transpose, vadd, vsub
+from symgen.algebra.linear import (
+    ZERO,
+    Mat,
+    Vec,
+    add,
+    cross,
+    is_zero,
+    known_value,
+    scale,
+    total,
+    transpose,
+    vadd,
+    vsub,
+)
 from symgen.errors import SceneError
 from symgen.natural.mass import pseudo_inertia
 from symgen.velocity import kinematics as motion
@@ -64,27 +77,23 @@ def resultant(places: Field, weighed: Field) -> tuple[Vec, Vec]:
 # --- mass --------------------------------------------------------------------------------------------------------
 
 
-def no_mass(literal: Literal) -> SceneError:
-    scene = literal.values.scene
-    return SceneError("no moving body has mass, so that there is no centre of mass", scene.source or scene.name)
-
-
-def mass_and_moment(literal: Literal) -> tuple[Scalar, Vec]:
-    """Mass of all moving bodies and their first moment about the ground's origin. Raises SceneError without mass."""
-    mass, first = 0, ZERO
-    for body in literal.tree.bodies:
-        row = pseudo(literal, body.index)[0]
-        mass = add(mass, row[0])
-        for entry, place in zip(row, carriers(literal, body.index), strict=True):
-            first = vadd(first, scale(entry, place))
+def total_mass(literal: Literal) -> Scalar:
+    """Mass of all moving bodies. Raises SceneError where they have none."""
+    mass = total(pseudo(literal, body.index)[0][0] for body in literal.tree.bodies)
     if known_value(mass) == 0:
-        raise no_mass(literal)
-    return mass, first
+        scene = literal.values.scene
+        raise SceneError("no moving body has mass, so that there is no centre of mass", scene.source or scene.name)
+    return mass
 
 
 def center_of_mass(literal: Literal) -> Vec:
     """Centre of mass of all moving bodies (3, m), ground axes. Raises SceneError where they have no mass."""
-    mass, first = mass_and_moment(literal)
+    first: Vec = ZERO
+    for body in literal.tree.bodies:
+        row = pseudo(literal, body.index)[0]
+        for entry, carrier in zip(row, carriers(literal, body.index), strict=True):
+            first = vadd(first, scale(entry, carrier))
+    mass = total_mass(literal)
     return tuple(0 if is_zero(x) else x / mass for x in first)
 
 

@@ -53,7 +53,7 @@ def spring_ends(literal: Literal) -> Iterator[End]:
 
 
 def joint_wrenches(literal: Literal) -> Mat:
-    """W (moving bodies, 6): force, then moment about the child's frame origin, child axes, by each joint on its child."""
+    """W (moving bodies, 6), of each joint on its child: force, then moment about the child's origin, child axes."""
     bodies = literal.tree.bodies
     wrenches: list[tuple[Vec, Vec]] = []
     for body, field in zip(bodies, accelerations(literal), strict=True):
@@ -77,7 +77,7 @@ def joint_wrenches(literal: Literal) -> Mat:
 
 
 def spring_loads(literal: Literal) -> dict[int, Vec]:
-    """Q of springs between points, per entity: a point is Σ c_n · (carrier n), so its force acts on carrier n as c̄_n f."""
+    """Q of springs between points, per entity: a point is Σ c_n · (carrier n), carrier n gets c̄_n times its force."""
     natural, found = literal.natural, dict[int, Vec]()
     for end in spring_ends(literal):
         force = literal.components(end.force)

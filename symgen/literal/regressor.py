@@ -18,7 +18,6 @@ from symgen.algebra.linear import (
     dot,
     half,
     is_zero,
-    madd,
     matvec,
     scale,
     sub,

@@ -9,8 +9,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
-from symgen.algebra.linear import IDENTITY, ZERO, Vec, add, cross, is_zero, known_value, matvec, scale, vadd, vsub
-from symgen.errors import SceneError
+from symgen.algebra.linear import IDENTITY, ZERO, Vec, cross, is_zero, matvec, scale, vadd, vsub
 from symgen.plans.composite import composite_inertias, field_wrench, unit_motions
 from symgen.plans.coriolis import first_moments, link_velocities
 from symgen.plans.frames import in_ground, rotations
@@ -31,44 +30,39 @@ def _one_root(links: Links) -> Moving | None:
     return roots[0] if len(roots) == 1 and not grounded else None
 
 
-def inverse_mass(links: Links, mass: Scalar) -> Scalar:
-    """1 / mass. Raises SceneError where nothing has mass."""
-    if known_value(mass) == 0:
-        scene = links.values.scene
-        raise SceneError("no moving body has mass, so that there is no centre of mass", scene.source or scene.name)
-    return Fraction(1) / mass if isinstance(mass, int) else 1 / mass
+def _per(mass: Scalar, first: Vec) -> Vec:
+    """A first moment over a mass."""
+    return scale(Fraction(1) / mass if isinstance(mass, int) else 1 / mass, first)
 
 
-def _in_ground(links: Links, moments: Sequence[tuple[Scalar, Vec]]) -> tuple[Scalar, Vec]:
-    """Mass and first moment of everything about the ground's origin, from those of each root with all beyond it."""
-    mass, first = links.ground.mass, links.ground.first
+def _in_ground(links: Links, moments: Sequence[tuple[Scalar, Vec]]) -> Vec:
+    """First moment of everything about the ground's origin, from mass and moment of each root with all beyond it."""
+    first = links.ground.first
     for at in _roots(links):
         own, h = moments[at.link.index]
-        mass, first = add(mass, own), vadd(first, vadd(at.to_parent(h), scale(own, at.offset)))
-    return mass, first
+        first = vadd(first, vadd(at.to_parent(h), scale(own, at.offset)))
+    return first
 
 
-def center_of_mass(links: Links) -> Vec:
-    """Centre of mass of all moving bodies (3), ground axes."""
-    mass, first = _in_ground(links, first_moments(links))
-    return scale(inverse_mass(links, mass), first)
+def center_of_mass(links: Links, mass: Scalar) -> Vec:
+    """Centre of mass of all moving bodies (3), ground axes; ``mass`` of all of them."""
+    return _per(mass, _in_ground(links, first_moments(links)))
 
 
-def momentum(links: Links, v: Sequence[Scalar]) -> Vec:
+def momentum(links: Links, v: Sequence[Scalar], mass: Scalar) -> Vec:
     """Linear momentum, then angular momentum about the centre of mass (6), ground axes."""
     arrived = _momenta(links, v)
     moments = first_moments(links)
     root = _one_root(links)
     if root is not None:
-        (mass, h), (p, spin) = moments[root.link.index], arrived[root.link.index]
-        centre = scale(inverse_mass(links, mass), h)
+        (_, h), (p, spin) = moments[root.link.index], arrived[root.link.index]
+        centre = _per(mass, h)
         return (*root.to_parent(p), *root.to_parent(vsub(spin, cross(centre, p))))
     linear, angular = ZERO, ZERO
     for at in _roots(links):
         p, spin = at.wrench_to_parent(*arrived[at.link.index])
         linear, angular = vadd(linear, p), vadd(angular, spin)
-    mass, first = _in_ground(links, moments)
-    return (*linear, *vsub(angular, cross(scale(inverse_mass(links, mass), first), linear)))
+    return (*linear, *vsub(angular, cross(_per(mass, _in_ground(links, moments)), linear)))
 
 
 def _momenta(links: Links, v: Sequence[Scalar]) -> list[tuple[Vec, Vec]]:
@@ -92,11 +86,11 @@ def _momentum(inertia: Inertia, w: Vec, v: Vec) -> tuple[Vec, Vec]:
     return p, vadd(matvec(moment_of_inertia(inertia), w), cross(inertia.first, v))
 
 
-def momentum_matrix(links: Links) -> list[list[Scalar]]:
+def momentum_matrix(links: Links, mass: Scalar) -> list[list[Scalar]]:
     """A (6, joint velocities): the momentum of everything beyond a joint that moves alone."""
     rows: list[list[Scalar]] = [[0] * links.nv for _ in range(6)]
     composites = composite_inertias(links)
-    axes, centres = rotations(links, links.moving), _centres(links, composites)
+    axes, centres = rotations(links, links.moving), _centres(links, composites, mass)
     root = _one_root(links)
     for at in links.moving:
         with links.phase(f"momentum matrix: columns of {at.link.name}"):
@@ -120,19 +114,17 @@ def _motions(links: Links, at: Moving) -> list[tuple[Vec, Vec]]:
     return [(ZERO, axis) for axis in linear] + [(axis, ZERO) for axis in angular]
 
 
-def _centres(links: Links, composites: Sequence[Inertia]) -> list[Vec]:
+def _centres(links: Links, composites: Sequence[Inertia], mass: Scalar) -> list[Vec]:
     """The centre of mass of everything, seen from each link."""
     root = _one_root(links)
     if root is not None:
-        composite = composites[root.link.index]
-        seen = scale(inverse_mass(links, composite.mass), composite.first)
+        seen = _per(mass, composites[root.link.index].first)
 
         def start(at: Moving) -> Vec:
             return seen
 
     else:
-        mass, first = _in_ground(links, [(composite.mass, composite.first) for composite in composites])
-        centre = scale(inverse_mass(links, mass), first)
+        centre = _per(mass, _in_ground(links, [(composite.mass, composite.first) for composite in composites]))
 
         def start(at: Moving) -> Vec:
             return at.to_link(vsub(centre, at.offset))

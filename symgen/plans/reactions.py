@@ -1,6 +1,6 @@
 """Joint wrenches by the recursive plan: what arrives at a joint on the inward pass is what it transmits.
 
-Inertia stays as given here: regrouping moves mass between bodies, which no joint torque feels, but a joint's wrench does.
+Inertia stays as given here: regrouping moves mass between bodies, which no joint torque feels, but its wrench does.
 """
 
 from __future__ import annotations
