@@ -124,6 +124,12 @@ def cli() -> None:
     show_default=True,
     help="Write R and its rate in joint coordinates, or in blocks of the paper's d and u.",
 )
+@click.option(
+    "--base-parameters",
+    "base",
+    is_flag=True,
+    help="Print the combinations of inertial parameters that the joint forces depend on.",
+)
 @outputs_option
 @json_option
 def show(
@@ -131,6 +137,7 @@ def show(
     equations: str | None,
     style: str,
     symbols: str,
+    base: bool,
     outputs: str | None,
     as_json: bool,
 ) -> None:
@@ -143,6 +150,8 @@ def show(
         raise click.UsageError("Missing argument 'SCENE'.")
     if equations is None and _given("style", "symbols"):
         raise click.UsageError("--format and --symbols are about --equations")
+    if base and equations is not None:
+        raise click.UsageError("--base-parameters and --equations are two questions")
     loaded = requested(scene, outputs, None, None)
     if equations is not None:
         names = tuple(part.strip() for part in equations.split(",") if part.strip())
@@ -151,6 +160,15 @@ def show(
             emit_json({"name": loaded.name, "format": style, "symbols": symbols, "equations": printed})
         else:
             click.echo("\n\n".join(printed.values()))
+    elif base:
+        from symgen import base_text
+        from symgen.system import derive
+
+        system = derive(loaded)
+        if as_json:
+            emit_json(base_text.as_json(system))
+        else:
+            click.echo(base_text.as_text(system))
     elif as_json:
         emit_json(view.as_json(loaded))
     else:
