@@ -7,9 +7,10 @@ where there are any, are registered in `symgen.plans.build`.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
+from symgen.literal import base_parameters, derivatives, frames, reactions, regressor
 from symgen.literal.equations import Literal
 from symgen.natural.layout import NaturalCoordinates
 from symgen.program.instructions import Port
@@ -17,8 +18,9 @@ from symgen.scene.model import Output, Scene
 from symgen.scene.outputs import function_name
 from symgen.topology.tree import Tree
 
-STATE_INPUTS = ("q", "v", "a", "tau", "dt", "p")
-"""Every argument a function may have, in the order of every signature."""
+STATE_INPUTS = ("q", "v", "a", "tau", "dt")
+"""Arguments of the catalogue's rows, in the order of every signature; directions and weights of products follow, and
+the parameters p come last."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,23 @@ class Sizes:
     nn: int
     nc: int
     np: int
+    moving: int = 0
+    """Moving bodies."""
+    base: Callable[[], int] = field(default=lambda: 0, repr=False, compare=False)
+
+    @property
+    def inertial(self) -> int:
+        """Inertial parameters, ten per moving body."""
+        return regressor.TEN * self.moving
+
+    @property
+    def nbase(self) -> int:
+        """Base parameters; found when first asked for."""
+        return self.base()
+
+
+Facts = tuple[str, tuple[str | int, ...], str]
+"""Name, shape in terms of `Sizes` fields, unit."""
 
 
 @dataclass(frozen=True)
@@ -36,9 +55,11 @@ class Row:
     unit), a one-line summary, and ``literal`` (None where the row is defined by an equation, see ``residual``)."""
 
     inputs: tuple[str, ...]
-    outputs: tuple[tuple[str, tuple[str | int, ...], str], ...]
+    outputs: tuple[Facts, ...]
     summary: str
     literal: Callable[[Literal, str], tuple[Any, ...]] | None
+    further: tuple[Facts, ...] = ()
+    """Further inputs: directions and weights."""
 
 
 def _one(method: str) -> Callable[[Literal, str], tuple[Any, ...]]:
@@ -106,6 +127,112 @@ CATALOGUE: dict[str, Row] = {
     ),
 }  # fmt: skip
 
+CATALOGUE.update({
+    "mass_matrix_inverse": Row(("q",), (("Minv", ("nv", "nv"), MIXED),), "inverse of mass_matrix", None),
+    "inverse_dynamics_derivatives": Row(
+        ("q", "v", "a"), (("dtau_dq", ("nv", "nv"), MIXED), ("dtau_dv", ("nv", "nv"), MIXED)),
+        "derivatives of inverse_dynamics along the velocities (q on its manifold) and by v",
+        lambda literal, frame: derivatives.inverse_dynamics_derivatives(literal),
+    ),
+    "forward_dynamics_derivatives": Row(
+        ("q", "v", "tau"),
+        (("da_dq", ("nv", "nv"), MIXED), ("da_dv", ("nv", "nv"), MIXED), ("da_dtau", ("nv", "nv"), MIXED)),
+        "derivatives of forward_dynamics along the velocities (q on its manifold), by v and by tau", None,
+    ),
+    "inverse_dynamics_second_derivatives": Row(
+        ("q", "v", "a"),
+        tuple((f"d2tau_{name}", ("nv", "nv", "nv"), MIXED) for name in ("dqdq", "dqdv", "dvdv", "dadq")),
+        "second derivatives of inverse_dynamics: [i, j, k] of tau_i by j of the first, then by k of the second",
+        lambda literal, frame: derivatives.inverse_dynamics_second_derivatives(literal),
+    ),
+})  # fmt: skip
+
+FORCE = "N or N.m"
+
+CATALOGUE.update({
+    "center_of_mass": Row(
+        ("q",), (("com", (3,), "m"),), "centre of mass of the moving bodies, ground axes",
+        lambda literal, frame: (frames.center_of_mass(literal),),
+    ),
+    "momentum": Row(
+        ("q", "v"), (("momentum", (6,), MIXED),),
+        "linear momentum, then angular momentum about the centre of mass, ground axes",
+        lambda literal, frame: (frames.momentum(literal),),
+    ),
+    "momentum_matrix": Row(
+        ("q",), (("A", (6, "nv"), MIXED),), "matrix with momentum = A v",
+        lambda literal, frame: (frames.momentum_matrix(literal),),
+    ),
+    "frame_jacobian": Row(
+        ("q",), (("J", (6, "nv"), MIXED),), "matrix with frame_velocity = J v",
+        lambda literal, frame: (frames.frame_jacobian(literal, frame),),
+    ),
+    "frame_velocity": Row(
+        ("q", "v"), (("twist", (6,), MIXED),), "velocity of a frame's origin, then angular velocity, ground axes",
+        lambda literal, frame: (frames.frame_velocity(literal, frame),),
+    ),
+    "frame_bias_acceleration": Row(
+        ("q", "v"), (("bias", (6,), MIXED),),
+        "acceleration of a frame's origin, then angular acceleration, at zero joint acceleration: (dJ/dt) v",
+        lambda literal, frame: (frames.frame_bias_acceleration(literal, frame),),
+    ),
+    "regressor": Row(
+        ("q", "v", "a"), (("Y", ("nv", "inertial"), MIXED),),
+        "inverse_dynamics without springs, dampers and armature is Y times the inertial parameters",
+        lambda literal, frame: (regressor.regressor(literal),),
+    ),
+    "base_regressor": Row(
+        ("q", "v", "a"), (("Yb", ("nv", "nbase"), MIXED),), "columns of Y that the base parameters stand for",
+        lambda literal, frame: (base_parameters.base_regressor(literal),),
+    ),
+    "base_parameters": Row(
+        (), (("beta", ("nbase",), MIXED),), "base parameters, with Yb beta = Y times the inertial parameters",
+        lambda literal, frame: (base_parameters.base_parameter_values(literal),),
+    ),
+    "joint_wrenches": Row(
+        ("q", "v", "a"), (("W", ("moving", 6), FORCE),),
+        "per moving body, force and moment about its origin that its joint transmits to it, body axes",
+        lambda literal, frame: (reactions.joint_wrenches(literal),),
+    ),
+    "constraint_forces": Row(
+        ("q", "v", "a"), (("lambda", ("nc",), MIXED),), "least-squares solution of Psi_x^T lambda = Mn xddot - Q",
+        lambda literal, frame: (reactions.constraint_forces(literal),),
+    ),
+})  # fmt: skip
+
+PRODUCTS = ("jvp", "vjp", "parameter_jacobian")
+"""Derivatives of any other row, written PRODUCT:ROW."""
+
+
+def row_of(row: str) -> Row:
+    """The row of the catalogue, or the product of one."""
+    name, argument = split_row(row)
+    return PRODUCT_ROWS[name](row_of(argument)) if name in PRODUCT_ROWS else CATALOGUE[name]
+
+
+def _jvp(base: Row) -> Row:
+    directions = tuple((f"d{name}", ("nv",), "direction") for name in base.inputs)
+    outputs = tuple((f"d_{name}", shape, MIXED) for name, shape, _ in base.outputs)
+    further: tuple[Facts, ...] = (*directions, ("dp", ("np",), "direction"))
+    return Row(base.inputs, outputs, f"change along the directions of: {base.summary}", None, further)
+
+
+def _vjp(base: Row) -> Row:
+    weights = tuple((f"w_{name}", shape, "weight") for name, shape, _ in base.outputs)
+    gradients: tuple[Facts, ...] = tuple((f"g_{name}", ("nv",), MIXED) for name in base.inputs)
+    outputs: tuple[Facts, ...] = (*gradients, ("g_p", ("np",), MIXED))
+    return Row(base.inputs, outputs, f"gradient of the weighted sum of: {base.summary}", None, weights)
+
+
+def _parameter_jacobian(base: Row) -> Row:
+    outputs = tuple((f"d{name}_dp", (*shape, "np"), MIXED) for name, shape, _ in base.outputs)
+    return Row(base.inputs, outputs, f"derivatives by the run-time parameters of: {base.summary}", None)
+
+
+PRODUCT_ROWS: dict[str, Callable[[Row], Row]] = {
+    "jvp": _jvp, "vjp": _vjp, "parameter_jacobian": _parameter_jacobian,
+}  # fmt: skip
+
 OF_CONSTRAINTS = frozenset({"constraints", "constraint_jacobian", "constraint_forces"})
 """Rows of the constraints between natural coordinates."""
 
@@ -113,33 +240,50 @@ INPUT_UNITS = {"q": "m or rad", "v": "m/s or rad/s", "a": "m/s^2 or rad/s^2", "t
 
 
 def split_row(row: str) -> tuple[str, str]:
-    """``frame_pose:tool`` → (``frame_pose``, ``tool``)."""
+    """``frame_pose:tool`` → (``frame_pose``, ``tool``); ``jvp:frame_pose:tool`` → (``jvp``, ``frame_pose:tool``)."""
     name, _, frame = row.partition(":")
     return name, frame
 
 
 def sizes(scene: Scene, tree: Tree, natural: NaturalCoordinates) -> Sizes:
-    return Sizes(tree.nq, tree.nv, natural.nn, natural.nc, sum(parameter.size for parameter in scene.parameters))
+    return Sizes(
+        tree.nq,
+        tree.nv,
+        natural.nn,
+        natural.nc,
+        sum(parameter.size for parameter in scene.parameters),
+        len(tree.bodies),
+        lambda: len(base_parameters.base_parameters(scene, tree, natural).independent),
+    )
 
 
 def input_ports(rows: tuple[str, ...], size: Sizes) -> tuple[Port, ...]:
     """The union of the rows' inputs in the order of every signature; ``p`` last whenever the scene has parameters."""
-    wanted = {name for row in rows for name in CATALOGUE[split_row(row)[0]].inputs}
-    shapes = {"q": (size.nq,), "v": (size.nv,), "a": (size.nv,), "tau": (size.nv,), "dt": (), "p": (size.np,)}
+    wanted = {name for row in rows for name in row_of(row).inputs}
+    shapes = {"q": (size.nq,), "v": (size.nv,), "a": (size.nv,), "tau": (size.nv,), "dt": ()}
+    ports = [Port(name, shapes[name], INPUT_UNITS[name]) for name in STATE_INPUTS if name in wanted]
+    further = {facts[0]: _port(facts, size) for row in rows for facts in row_of(row).further}
+    ports.extend(port for port in further.values() if port.size)
     if size.np:
-        wanted.add("p")
-    return tuple(Port(name, shapes[name], INPUT_UNITS[name]) for name in STATE_INPUTS if name in wanted)
+        ports.append(Port("p", (size.np,), INPUT_UNITS["p"]))
+    return tuple(ports)
+
+
+def _port(facts: Facts, size: Sizes) -> Port:
+    name, shape, unit = facts
+    return Port(name, tuple(n if isinstance(n, int) else int(getattr(size, n)) for n in shape), unit)
 
 
 def output_ports(rows: tuple[str, ...], size: Sizes) -> tuple[Port, ...]:
     """One port per output of the rows; a name that would come twice (two frame poses) takes its frame's name too."""
+    names = [facts[0] for row in rows for facts in row_of(row).outputs]
     found = []
-    several = len([row for row in rows if row.startswith("frame_pose")]) > 1
     for row in rows:
-        name, frame = split_row(row)
-        for output, shape, unit in CATALOGUE[name].outputs:
-            numbers = tuple(n if isinstance(n, int) else int(getattr(size, n)) for n in shape)
-            found.append(Port(f"{output}_{frame}" if frame and several else output, numbers, unit))
+        frame = function_name(split_row(row)[1])
+        for facts in row_of(row).outputs:
+            port = _port(facts, size)
+            several = frame and names.count(port.name) > 1
+            found.append(replace(port, name=f"{port.name}_{frame}") if several else port)
     return tuple(found)
 
 
@@ -148,13 +292,16 @@ def function_summary(output: Output) -> str:
     parts = []
     for row in output.of:
         name, frame = split_row(row)
-        names = ", ".join(port for port, _, _ in CATALOGUE[name].outputs)
-        parts.append(f"{names} = {CATALOGUE[name].summary}" + (f" ({frame})" if frame else ""))
+        facts = row_of(row)
+        names = ", ".join(port for port, _, _ in facts.outputs)
+        named = f" ({frame})" if frame and name not in PRODUCTS else ""
+        parts.append(f"{names} = {facts.summary}{named}")
     return "; ".join(parts)
 
 
 __all__ = [
     "CATALOGUE",
+    "PRODUCTS",
     "STATE_INPUTS",
     "Row",
     "Sizes",
@@ -162,5 +309,6 @@ __all__ = [
     "function_summary",
     "input_ports",
     "output_ports",
+    "row_of",
     "sizes",
 ]

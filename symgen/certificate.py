@@ -15,13 +15,15 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from symgen import derivative_checks, kinematic_checks
 from symgen.algebra.field import MERSENNE_61, FieldNumbers, NotInField, Residue, random_prime
 from symgen.algebra.linear import dot
 from symgen.algebra.numbers import State
-from symgen.catalogue import CATALOGUE, output_ports, sizes, split_row
+from symgen.catalogue import output_ports, row_of, sizes, split_row
 from symgen.errors import CertificateError
 from symgen.literal.equations import Literal
 from symgen.plans.build import flatten
+from symgen.plans.walk import Lowered
 from symgen.program.instructions import Program
 from symgen.scene.model import Output
 from symgen.system import System
@@ -66,14 +68,19 @@ class Certificate:
 
 
 class _Outputs:
-    """Outputs of a candidate as elements of the field."""
+    """Outputs of a candidate as elements of the field, with what the row being checked needs beside the literal."""
 
-    def __init__(self, values: Outputs, p: int) -> None:
+    def __init__(self, values: Outputs, p: int, inputs: Inputs, lowered: Lowered) -> None:
         self.values = {name: [Residue(x, p) for x in row] for name, row in values.items()}
+        self.inputs = {name: [Residue(x, p) for x in row] for name, row in inputs.items()}
+        self.lowered = lowered
+        self.row = ""
+        self.ports: list[str] = []
+        """Names of the row's outputs, in its order."""
 
     def rows(self, name: str, columns: int) -> list[list[Residue]]:
         flat = self.values[name]
-        return [flat[i : i + columns] for i in range(0, len(flat), columns)]
+        return [flat[i : i + columns] for i in range(0, len(flat), columns)] if columns else []
 
 
 def _vector_check(
@@ -104,6 +111,18 @@ CHECKS: dict[str, tuple[str, Callable[[Literal, _Outputs, random.Random, int], I
 """Rows that are not compared entry by entry."""
 
 
+def _inverse(literal: Literal, outputs: _Outputs, rng: random.Random, p: int) -> Iterator[tuple[Any, Any]]:
+    """M (Minv x) = x with the literal M."""
+    x = [Residue(rng.randrange(p), p) for _ in range(literal.tree.nv)]
+    product = [dot(row, x) for row in outputs.rows("Minv", len(x))]
+    yield from zip(literal.mass_matrix_times(product), x, strict=True)
+
+
+CHECKS["mass_matrix_inverse"] = ("literal R^T(M(R Minv x)) = x, x random", _inverse)
+CHECKS.update(derivative_checks.CHECKS)
+CHECKS.update(kinematic_checks.CHECKS)
+
+
 def _pairs(
     literal: Literal, output: Output, outputs: _Outputs, rng: random.Random, p: int
 ) -> Iterator[tuple[str, Any, Any]]:
@@ -112,12 +131,13 @@ def _pairs(
     ports = iter(output_ports(output.of, size))
     for row in output.of:
         name, frame = split_row(row)
-        mine = [next(ports) for _ in CATALOGUE[name].outputs]
+        mine = [next(ports) for _ in row_of(row).outputs]
+        outputs.row, outputs.ports = row, [port.name for port in mine]
         if name in CHECKS:
             for expected, found in CHECKS[name][1](literal, outputs, rng, p):
                 yield row, expected, found
             continue
-        definition = CATALOGUE[name].literal
+        definition = row_of(row).literal
         assert definition is not None
         for port, value in zip(mine, definition(literal, frame), strict=True):
             for expected, found in zip(flatten(value), outputs.values.get(port.name, []), strict=True):
@@ -167,7 +187,7 @@ class Certifier:
         degree, assumption = _degree(program, self.system)
         probability, points = 1.0, 0
         for p in self.primes:
-            self._check(output, candidates, p)
+            self._check(output, program, candidates, p)
             points, probability = points + 1, probability * min(1.0, degree / p)
             if points > 1 and probability < SURE:
                 break
@@ -179,13 +199,21 @@ class Certifier:
         against = dict.fromkeys(CHECKS[row][0] if row in CHECKS else f"literal {row}" for row in rows)
         return Certificate(method + assumption, "; ".join(against), points, float(f"{probability:.1e}"))
 
-    def _check(self, output: Output, candidates: Sequence[Candidate], p: int) -> None:
+    def _further(self, program: Program, known: Inputs, p: int) -> dict[str, list[int]]:
+        """Random directions and weights for the inputs that only this function has."""
+        rng = random.Random(f"{self.seed}:{p}:{program.name}")
+        further = [port for port in program.inputs if port.name not in known]
+        return {port.name: [rng.randrange(1, p) for _ in range(port.size)] for port in further}
+
+    def _check(self, output: Output, program: Program, candidates: Sequence[Candidate], p: int) -> None:
         for attempt in range(ATTEMPTS):
             numbers, inputs, literal = self._point(p, attempt)
+            inputs = inputs | self._further(program, inputs, p)
             try:
                 results = [(candidate, candidate.evaluate(numbers, inputs)) for candidate in candidates]
                 for candidate, values in results:
-                    _compare(literal, output, candidate, values, random.Random(self.seed), p)
+                    found = _Outputs(values, p, inputs, self.system.lowered)
+                    _compare(literal, output, candidate, found, random.Random(self.seed), p)
             except NotInField:
                 continue
             return
@@ -196,9 +224,9 @@ class Certifier:
 
 
 def _compare(
-    literal: Literal, output: Output, candidate: Candidate, values: Outputs, rng: random.Random, p: int
+    literal: Literal, output: Output, candidate: Candidate, outputs: _Outputs, rng: random.Random, p: int
 ) -> None:
-    for row, expected, found in _pairs(literal, output, _Outputs(values, p), rng, p):
+    for row, expected, found in _pairs(literal, output, outputs, rng, p):
         if not found == expected:
             raise CertificateError(
                 f"{output.name}: the emitted {candidate.what} is not {row} as defined (they differ in GF({p}))"

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.algebra.numbers import Numbers, State
-from symgen.catalogue import CATALOGUE, OF_CONSTRAINTS, Sizes, output_ports, sizes, split_row
+from symgen.catalogue import OF_CONSTRAINTS, Sizes, output_ports, row_of, sizes, split_row
 from symgen.errors import NotSupportedError, SceneError
+from symgen.literal.base_parameters import BaseParameters, base_parameters
 from symgen.literal.equations import Literal
 from symgen.natural.coordinates import choose_coordinates
 from symgen.natural.layout import NaturalCoordinates
@@ -65,6 +66,13 @@ class System:
         return sizes(self.scene, self.tree, self.natural)
 
     @property
+    def base_parameters(self) -> BaseParameters:
+        """The inertial parameters that inverse dynamics can feel: ``names`` of all (ten per moving body), and the exact
+        ``matrix`` K of the base parameters beta = K pi (see `symgen.literal.base_parameters`)."""
+        self.require_tree()
+        return base_parameters(self.scene, self.tree, self.natural)
+
+    @property
     def outputs(self) -> tuple[Output, ...]:
         """The functions the scene asks for; the catalogue's default set where it asks for none."""
         return self.scene.outputs or DEFAULT_OUTPUTS
@@ -84,6 +92,7 @@ class System:
         self.require_tree()
         key = (self.output(name), every)
         self._require_constraints(key[0])
+        self._require_parameters(key[0])
         if not every and (key[0], True) in self._chosen:  # what more was counted changes no choice
             return self._chosen[key[0], True]
         if key not in self._chosen:
@@ -99,6 +108,12 @@ class System:
                 f"{self.scene.source or self.scene.name}: closed loops are not there yet: "
                 f"{loops} closes a loop (cut at {cut}); `symgen show` prints its graph"
             )
+
+    def _require_parameters(self, output: Output) -> None:
+        """Raises SceneError for derivatives by parameters that the scene does not have."""
+        row = next((row for row in output.of if row.startswith("parameter_jacobian:")), None)
+        if row is not None and not self.scene.parameters:
+            raise SceneError(f"{row}: the scene has no run-time parameters", self.scene.source or self.scene.name)
 
     def _require_constraints(self, output: Output) -> None:
         """Raises NotSupportedError for constraints of a scene whose geometry is given at run time."""
@@ -133,7 +148,9 @@ class System:
         values: list[Any] = []
         for row in output.of:
             row_name, frame = split_row(row)
-            definition = CATALOGUE[row_name].literal
+            definition = row_of(row).literal
+            if definition is None and row_name != "forward_dynamics":
+                raise NotSupportedError(f"{row} has no literal expression; it is defined by an equation")
             values.extend(definition(literal, frame) if definition else (_solve(literal),))
         return {port.name: value for port, value in zip(output_ports(output.of, self.sizes), values, strict=True)}
 

@@ -15,17 +15,22 @@ from symgen.algebra.linear import Vec, add, half, mul, sub, total, vadd
 from symgen.algebra.numbers import State
 from symgen.catalogue import (
     CATALOGUE,
-    STATE_INPUTS,
+    PRODUCTS,
     function_name,
     function_summary,
     input_ports,
     output_ports,
+    row_of,
     sizes,
     split_row,
 )
+from symgen.literal import base_parameters, frames, reactions
 from symgen.literal.equations import Literal
 from symgen.natural.layout import NaturalCoordinates
-from symgen.plans import composite, coriolis, factor, recursive
+from symgen.plans import centroidal, composite, coriolis, factor, products, recursive, sensitivity
+from symgen.plans import frames as frame_walks
+from symgen.plans import reactions as joint_forces
+from symgen.plans import regressor as carried
 from symgen.plans.walk import Links, Lowered
 from symgen.program.graph import Graph, Node, extract
 from symgen.program.instructions import Port, Program
@@ -44,22 +49,38 @@ class Family:
     literal: bool = False
     regrouped: bool = True
     articulated: bool = False
+    differentiated: bool = False
+    """Derivatives by differentiating the graph of what is derived, instead of by an algorithm of their own."""
 
     def plan(self, output: Output) -> str:
         """What a function's plan is called: the algorithms of its rows."""
         if self.literal:
             return "literal"
-        names = [PLAN_NAMES.get(split_row(row)[0], "literal") for row in output.of]
-        solver = "articulated" if self.articulated else "factored"
-        found = " + ".join(dict.fromkeys(solver if name == "solved" else name for name in names))
+        found = " + ".join(dict.fromkeys(self._name(row) for row in output.of))
         return found if self.regrouped else f"{found}, inertia as given"
+
+    def _name(self, row: str) -> str:
+        name, argument = split_row(row)
+        if name in PRODUCTS:
+            return f"{PRODUCT_NAMES[name]} of {self._name(argument)}"
+        if self.differentiated and name in DERIVATIVES:
+            return "differentiated"
+        found = PLAN_NAMES.get(name, "literal")
+        return ("articulated" if self.articulated else "factored") if found == "solved" else found
 
     def explanation(self, output: Output) -> str:
         """What that means, for `symgen show`."""
         if self.literal:
             return "ground axes, R and M multiplied out"
-        words = ["body axes", "inertia regrouped" if self.regrouped else "inertia as given"]
-        if any(split_row(row)[0] in SOLVED for row in output.of):
+        rows = {innermost(row) for row in output.of}
+        if rows == {"constraint_forces"}:
+            return "natural coordinates, Ψ Ψᵀ factored LDLᵀ in an order of little fill"
+        words = ["body axes"]
+        if not rows <= EITHER_WAY:
+            words.append("inertia regrouped" if self.regrouped else "inertia as given")
+        if self.differentiated:
+            words.append("every tangent of the graph")
+        elif any(innermost(row) in SOLVED for row in output.of):
             words.append("articulated bodies" if self.articulated else "mass matrix factored LᵀDL along the tree")
         return ", ".join(words)
 
@@ -69,8 +90,10 @@ FAMILIES: tuple[Family, ...] = (
     Family(articulated=True),
     Family(regrouped=False),
     Family(regrouped=False, articulated=True),
+    Family(differentiated=True),
     Family(literal=True, regrouped=False),
 )
+PRODUCT_NAMES = {"jvp": "tangent", "vjp": "gradient", "parameter_jacobian": "differentiated"}
 PLAN_NAMES = {
     "mass_matrix": "composite",
     "coriolis_matrix": "composite",
@@ -80,6 +103,20 @@ PLAN_NAMES = {
     "inverse_dynamics": "recursive",
     "kinetic_energy": "recursive",
     "forward_dynamics": "solved",
+    "mass_matrix_inverse": "factored",
+    "inverse_dynamics_derivatives": "analytic",
+    "forward_dynamics_derivatives": "analytic",
+    "inverse_dynamics_second_derivatives": "tangents of analytic",
+    "center_of_mass": "composite",
+    "momentum": "recursive",
+    "momentum_matrix": "composite",
+    "frame_jacobian": "walk",
+    "frame_velocity": "walk",
+    "frame_bias_acceleration": "walk",
+    "regressor": "recursive",
+    "base_regressor": "recursive",
+    "joint_wrenches": "recursive",
+    "constraint_forces": "normal equations",
 }
 """Row → the algorithm that computes it in body axes."""
 
@@ -130,6 +167,23 @@ class Builder:
     def still(self) -> list[int]:
         return [0] * self.tree.nv
 
+    def row(self, row: str) -> list[list[Scalar]]:
+        """Entries of each output of a row."""
+        name, frame = split_row(row)
+        if name in PRODUCTS:
+            return products.PRODUCT_ROWS[name](self, frame)
+        if name in OF_MASS:
+            self.guard([self.total_mass])
+        if name in PLANNED_OF_A_FRAME and not self.family.literal:
+            return [flatten(PLANNED_OF_A_FRAME[name](self, frame))]
+        if name in SOLVED or name == "constraint_forces" or (name in PLANNED and not self.family.literal):
+            found = PLANNED[name](self)
+            return [flatten(value) for value in found] if len(row_of(row).outputs) > 1 else [flatten(found)]
+        literal = CATALOGUE[name].literal
+        assert literal is not None
+        with self.graph.phase(""):
+            return [flatten(value) for value in literal(self.literal, frame)]
+
     def passive(self) -> Vec:
         with self.graph.phase("springs and dampers"):
             return self.literal.passive_force()
@@ -161,6 +215,9 @@ class Builder:
         """Forces on all joints to forces on the coordinates."""
         return self.lowered.reduce(self.values, forces)
 
+    def reduce_columns(self, matrix: Sequence[Sequence[Scalar]]) -> list[list[Scalar]]:
+        return self.lowered.reduce_columns(self.values, matrix)
+
     def reduce_matrix(self, matrix: Sequence[Sequence[Scalar]]) -> list[list[Scalar]]:
         return self.lowered.reduce_matrix(self.values, matrix)
 
@@ -173,14 +230,55 @@ class Builder:
     def bias_force(self) -> Vec:
         return self.literal.bias_force() if self.family.literal else self.inverse_dynamics(self.still)
 
+    @cached_property
+    def factored(self) -> factor.Factored:
+        """LᵀDL of the mass matrix; its pivots are guarded."""
+        with self.graph.phase("factor: LᵀDL"):
+            found = factor.factor(self.links, self.mass_matrix)
+        self.guard(found.pivots)
+        return found
+
+    def guard(self, pivots: Sequence[Scalar]) -> None:
+        """Where one of these is not positive there is no answer."""
+        self.guards.extend(pivot for pivot in pivots if isinstance(pivot, Node) and pivot.op != "const")
+
+    @cached_property
     def forward_dynamics(self) -> Sequence[Scalar]:
         rest = [sub(x, y) for x, y in zip(self.state.tau, self.bias_force, strict=True)]
-        if self.family.articulated:
-            x, pivots = factor.solve_articulated(self.links, self.armature, rest)
-        else:
-            x, pivots = factor.solve_ltdl(self.links, self.mass_matrix, rest)
-        self.guards.extend(pivot for pivot in pivots if isinstance(pivot, Node) and pivot.op != "const")
+        if not self.family.articulated:
+            with self.graph.phase("solve"):
+                return self.factored.solve(rest)
+        x, pivots = factor.solve_articulated(self.links, self.armature, rest)
+        self.guard(pivots)
         return x
+
+    @cached_property
+    def total_mass(self) -> Scalar:
+        return frames.total_mass(self.literal)
+
+    @cached_property
+    def regressor(self) -> Sequence[Sequence[Scalar]]:
+        """Y, rows of the coordinates."""
+        rows = carried.regressor(self.links, self.v, self.rates(self.state.a), self.values.gravity())
+        if not self.tree.coupled:
+            return rows
+        return list(zip(*(self.reduce(column) for column in zip(*rows, strict=True)), strict=True))
+
+    def base_regressor(self) -> list[list[Scalar]]:
+        base = base_parameters.base_parameters(self.scene, self.tree, self.natural)
+        return [[row[k] for k in base.independent] for row in self.regressor]
+
+    def joint_wrenches(self) -> list[Vec]:
+        links = self.lowered.at(self.values, self.state.q, regrouped=False)
+        springs = tuple(reactions.spring_ends(self.literal))
+        a = self.rates(self.state.a)
+        return joint_forces.joint_wrenches(links, self.v, a, self.values.gravity(), springs)
+
+    def constraint_forces(self) -> list[Scalar]:
+        with self.graph.phase("normal equations"):
+            found, pivots = reactions.constraint_forces_and_pivots(self.literal)
+        self.guard(pivots)
+        return found
 
     def kinetic_energy(self) -> Scalar:
         motors = total(mul(extra, mul(rate, rate)) for extra, rate in zip(self.armature, self.state.v, strict=True))
@@ -197,23 +295,66 @@ PLANNED: dict[str, Callable[[Builder], Any]] = {
     "gravity_force": lambda b: b.reduce(coriolis.gravity_force(b.links, b.values.gravity())),
     "bias_force": lambda b: b.bias_force,
     "inverse_dynamics": lambda b: b.inverse_dynamics(b.state.a),
-    "forward_dynamics": lambda b: b.forward_dynamics(),
+    "forward_dynamics": lambda b: b.forward_dynamics,
+    "mass_matrix_inverse": lambda b: b.factored.inverse_matrix(),
+    "inverse_dynamics_derivatives": lambda b: sensitivity.inverse_dynamics(b, b.state.a),
+    "forward_dynamics_derivatives": sensitivity.forward_dynamics,
+    "inverse_dynamics_second_derivatives": sensitivity.second_derivatives,
     "kinetic_energy": lambda b: b.kinetic_energy(),
     "potential_energy": lambda b: b.potential_energy(),
+    "center_of_mass": lambda b: centroidal.center_of_mass(b.links, b.total_mass),
+    "momentum": lambda b: centroidal.momentum(b.links, b.v, b.total_mass),
+    "momentum_matrix": lambda b: b.reduce_columns(centroidal.momentum_matrix(b.links, b.total_mass)),
+    "regressor": lambda b: b.regressor,
+    "base_regressor": lambda b: b.base_regressor(),
+    "joint_wrenches": lambda b: b.joint_wrenches(),
+    "constraint_forces": lambda b: b.constraint_forces(),
 }
 """Rows with a plan in body axes, beside the literal one."""
-SOLVED = frozenset({"forward_dynamics"})
+PLANNED_OF_A_FRAME: dict[str, Callable[[Builder, str], Any]] = {
+    "frame_jacobian": lambda b, frame: b.reduce_columns(frame_walks.frame_jacobian(b.links, frame)),
+    "frame_velocity": lambda b, frame: frame_walks.frame_velocity(b.links, frame, b.v),
+    "frame_bias_acceleration": lambda b, frame: frame_walks.frame_bias_acceleration(b.links, frame, b.v),
+}
+"""Rows of a frame that have one."""
+EITHER_WAY = frozenset({
+    *PLANNED_OF_A_FRAME, "regressor", "base_regressor", "joint_wrenches", "constraint_forces",
+})  # fmt: skip
+"""Rows whose plan does not depend on how inertia is grouped."""
+OF_MASS = frozenset({"center_of_mass", "momentum", "momentum_matrix"})
+"""Rows that divide by the mass of everything."""
+DERIVATIVES = frozenset({
+    "inverse_dynamics_derivatives", "forward_dynamics_derivatives", "inverse_dynamics_second_derivatives",
+})  # fmt: skip
+SOLVED = frozenset({"forward_dynamics", "mass_matrix_inverse", "forward_dynamics_derivatives"})
 """Rows that have no literal expression, only the equation that defines them: some family must solve it."""
 
 
 def families_of(output: Output, tree: Tree) -> tuple[Family, ...]:
     """The families that differ for this function, cheapest to try first."""
-    rows = {split_row(row)[0] for row in output.of}
-    planned, solved = rows & PLANNED.keys(), rows & SOLVED
+    rows = {innermost(row) for row in output.of}
+    planned = rows & (PLANNED.keys() | PLANNED_OF_A_FRAME.keys())
     if not planned:
         return (FAMILIES[-1],)
-    articulated = solved and not tree.coupled  # couplings join branches, which articulated bodies cannot
-    return tuple(family for family in FAMILIES if articulated or not family.articulated)
+    if rows == {"constraint_forces"}:
+        return (FAMILIES[0],)
+    articulated = "forward_dynamics" in rows and not tree.coupled  # couplings join branches
+    derivatives = bool(rows & DERIVATIVES)
+    literal = not derivatives and not any(split_row(row)[0] in PRODUCTS for row in output.of)
+    return tuple(
+        family
+        for family in FAMILIES
+        if (articulated or not family.articulated)
+        and (not planned <= EITHER_WAY or family.regrouped or family.literal)
+        and (derivatives or not family.differentiated)
+        and (literal or not family.literal)
+    )
+
+
+def innermost(row: str) -> str:
+    """The row that products are taken of: ``jvp:frame_pose:tool`` → ``frame_pose``."""
+    name, argument = split_row(row)
+    return innermost(argument) if name in PRODUCTS else name
 
 
 def flatten(value: Any) -> list[Scalar]:
@@ -228,18 +369,9 @@ def build(lowered: Lowered, natural: NaturalCoordinates, output: Output, family:
     builder = Builder(lowered, natural, family)
     size = sizes(lowered.scene, lowered.tree, natural)
     inputs, outputs = input_ports(output.of, size), output_ports(output.of, size)
-    for port in sorted(inputs, key=lambda port: STATE_INPUTS.index(port.name)):
+    for port in inputs:
         builder.graph.inputs(port.name, port.size)
-    results: list[list[Scalar]] = []
-    for row in output.of:
-        name, frame = split_row(row)
-        literal = CATALOGUE[name].literal
-        if name in SOLVED or (name in PLANNED and not family.literal):
-            results.append(flatten(PLANNED[name](builder)))
-        else:
-            assert literal is not None
-            with builder.graph.phase(""):
-                results.extend(flatten(value) for value in literal(builder.literal, frame))
+    results = [entries for row in output.of for entries in builder.row(row)]
     program = extract(
         builder.graph,
         function_name(output.name),

@@ -78,6 +78,8 @@ def _reason_to_skip(family: Family, lowered: Lowered, output: Output, programs: 
         return "not counted: multiplies out matrices that the other plans never form"
     if not (family.regrouped or family.literal or lowered.parametric or nv <= SMALL):
         return f"not counted: constant inertia, and more than {SMALL} velocities"
+    if family.differentiated and nv > SMALL:
+        return f"not counted: a tangent of every operation for each of more than {SMALL} velocities"
     articulated = programs.get(Family(articulated=True))
     if "forward_dynamics" in rows and not family.articulated and articulated is not None:
         bound = factor_lower_bound(lowered.tree)

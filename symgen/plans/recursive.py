@@ -94,23 +94,32 @@ def _along_z(part: Scalar, rate: Scalar, rate2: Scalar) -> tuple[Vec, Vec]:
 
 def inverse_dynamics(links: Links, v: Sequence[Scalar], a: Sequence[Scalar], gravity: Vec) -> list[Scalar]:
     """τ without armature, springs and damping. Zero sequences of ``v`` or ``a`` (int 0) cost nothing."""
-    motions = link_motions(links, v, a, gravity)
     convention = links.values.scene.options.base_velocity
     tau: list[Scalar] = [0] * links.nv
-
-    def step(at: Moving, outer: tuple[Vec, Vec]) -> tuple[Vec, Vec]:
+    wrenches = transmitted_wrenches(links, link_motions(links, v, a, gravity))
+    for at, (force, moment) in zip(links.moving, wrenches, strict=True):
         link = at.link
-        own_force, own_moment = wrench(links.inertias[link.index], motions[link.index])
-        force, moment = vadd(own_force, outer[0]), vadd(own_moment, outer[1])
-        links.name(f"f_{link.name}", force)
-        links.name(f"n_{link.name}", moment)
         if link.kind == FREE:
-            tau[link.v : link.v + 6] = free.generalised_force(at, force, moment, convention)
+            with links.phase(f"force: {link.name}"):
+                tau[link.v : link.v + 6] = free.generalised_force(at, force, moment, convention)
         elif link.kind == BALL:
             tau[link.v : link.v + 3] = moment
         else:
             tau[link.v] = add(mul(at.angular, moment[2]), mul(at.linear, force[2]))
+    return tau
+
+
+def transmitted_wrenches(links: Links, motions: Sequence[Motion]) -> list[tuple[Vec, Vec]]:
+    """(force, moment about the link's origin) that each link's joint transmits to it, link axes: inward pass."""
+    found: list[tuple[Vec, Vec]] = [(ZERO, ZERO)] * len(links.moving)
+
+    def step(at: Moving, outer: tuple[Vec, Vec]) -> tuple[Vec, Vec]:
+        link = at.link
+        own_force, own_moment = wrench(links.inertias[link.index], motions[link.index])
+        force, moment = found[link.index] = vadd(own_force, outer[0]), vadd(own_moment, outer[1])
+        links.name(f"f_{link.name}", force)
+        links.name(f"n_{link.name}", moment)
         return at.wrench_to_parent(force, moment) if link.parent >= 0 else (ZERO, ZERO)
 
-    links.inward("force", [(ZERO, ZERO)] * len(links.moving), step, lambda x, y: (vadd(x[0], y[0]), vadd(x[1], y[1])))
-    return tau
+    links.inward("force", found, step, lambda x, y: (vadd(x[0], y[0]), vadd(x[1], y[1])))
+    return found

@@ -34,10 +34,17 @@ CATALOGUE: dict[str, str] = {
     "potential_energy": "of gravity and springs, zero at the ground origin",
     "center_of_mass": "centre of mass, ground axes",
     "momentum": "linear, then angular about the centre of mass",
+    "momentum_matrix": "momentum as a linear map of the velocities",
     "frame_pose": "pose of a frame (frame_pose:NAME)",
     "frame_jacobian": "Jacobian of a frame (frame_jacobian:NAME)",
     "frame_velocity": "twist of a frame (frame_velocity:NAME)",
+    "frame_bias_acceleration": "acceleration of a frame at zero joint acceleration (frame_bias_acceleration:NAME)",
     "regressor": "inverse dynamics as a linear map of inertial parameters",
+    "inverse_dynamics_second_derivatives": "second derivatives of the inverse dynamics",
+    "base_regressor": "its columns that base parameters stand for",
+    "base_parameters": "combinations of inertial parameters that the inverse dynamics can feel",
+    "joint_wrenches": "force and moment that each joint transmits to its child",
+    "constraint_forces": "multipliers of the constraints of the natural coordinates",
     "integrate": "a step on the configuration manifold",
     "closure": "closure of the loops",
     "closure_jacobian": "its Jacobian",
@@ -45,32 +52,70 @@ CATALOGUE: dict[str, str] = {
 }
 """Row of the catalogue → one-line summary."""
 
-OF_A_FRAME = frozenset({"frame_pose", "frame_jacobian", "frame_velocity"})
+PRODUCTS = {
+    "jvp": "change of a row's outputs along given changes of its inputs",
+    "vjp": "gradient of a weighted sum of a row's outputs",
+    "parameter_jacobian": "derivatives of a row's outputs by the run-time parameters",
+}
+"""Derivatives of any row, written PRODUCT:ROW."""
+
+NOT_DERIVED = frozenset({
+    "integrate", "natural_mass_matrix", "mass_matrix_inverse", "forward_dynamics_derivatives", "constraint_forces",
+    "inverse_dynamics_second_derivatives", "base_parameters", *PRODUCTS,
+})  # fmt: skip
+"""Rows without products."""
+
+OF_A_FRAME = frozenset({"frame_pose", "frame_jacobian", "frame_velocity", "frame_bias_acceleration"})
 """Rows written ROW:FRAME."""
 
 AVAILABLE = frozenset({
     "natural_coordinates", "natural_mass_matrix", "constraints", "constraint_jacobian", "velocity_transformation",
     "velocity_transformation_rate", "natural_bias_acceleration", "mass_matrix", "coriolis_matrix", "gravity_force",
     "passive_force", "bias_force", "inverse_dynamics", "forward_dynamics", "kinetic_energy", "potential_energy",
-    "frame_pose", "integrate",
+    "frame_pose", "integrate", "mass_matrix_inverse", "inverse_dynamics_derivatives", "forward_dynamics_derivatives",
+    "inverse_dynamics_second_derivatives", "center_of_mass", "momentum", "momentum_matrix", "frame_jacobian",
+    "frame_velocity", "frame_bias_acceleration", "regressor", "base_regressor", "base_parameters", "joint_wrenches",
+    "constraint_forces",
 })  # fmt: skip
 """Rows that can be made now."""
 
-_READS = {"inverse_dynamics": "a", "inverse_dynamics_derivatives": "a", "regressor": "a", "forward_dynamics": "tau",
-          "forward_dynamics_derivatives": "tau", "constrained_forward_dynamics": "tau"}  # fmt: skip
+_READS = {
+    "a": frozenset({"inverse_dynamics", "inverse_dynamics_derivatives", "inverse_dynamics_second_derivatives",
+                    "regressor", "base_regressor", "joint_wrenches", "constraint_forces"}),
+    "tau": frozenset({"forward_dynamics", "forward_dynamics_derivatives", "constrained_forward_dynamics"}),
+}  # fmt: skip
 _GIVES = {"inverse_dynamics": "tau", "forward_dynamics": "a", "constrained_forward_dynamics": "a"}
 """Names that are an argument of one row and the result of another: such rows cannot be one function."""
+
+
+def _reads(row: str) -> frozenset[str]:
+    name, _, argument = row.partition(":")
+    return _reads(argument) if name in PRODUCTS else frozenset(x for x, rows in _READS.items() if name in rows)
+
+
+def _gives(row: str) -> frozenset[str]:
+    return frozenset({_GIVES[row]}) if row in _GIVES else frozenset()
+
 
 _SUFFIXES = ("_batch", "_batch_p", "_f32")
 
 DEFAULT_OUTPUTS: tuple[Output, ...] = tuple(
-    Output(name, (name,)) for name in CATALOGUE if name in AVAILABLE and name not in OF_A_FRAME
-)
+    Output(name, (name,))
+    for name in (
+        "natural_coordinates", "natural_mass_matrix", "constraints", "constraint_jacobian", "velocity_transformation",
+        "velocity_transformation_rate", "natural_bias_acceleration", "mass_matrix", "coriolis_matrix", "gravity_force",
+        "passive_force", "bias_force", "inverse_dynamics", "forward_dynamics", "kinetic_energy", "potential_energy",
+        "integrate",
+    )
+)  # fmt: skip
 """What an empty ``outputs`` stands for."""
 
 
 def function_name(row: str) -> str:
     """``frame_pose:tool`` → ``frame_pose_tool``, the name of the function before it is made an identifier."""
+    product, _, argument = row.partition(":")
+    if product in PRODUCTS:
+        return f"{product}_{function_name(argument)}"
     return row.replace(":", "_", 1)
 
 
@@ -82,8 +127,15 @@ def frame_names(scene: Scene) -> list[str]:
 def check_row(row: str, frames: Iterable[str], place: str) -> str:
     """``row``, if the catalogue has it, its frame exists, and it can be made."""
     name, colon, frame = row.partition(":")
+    if name in PRODUCTS:
+        if not frame:
+            raise SceneError(f"{name} needs a row: {name}:ROW", place)
+        if frame.partition(":")[0] in NOT_DERIVED:
+            raise SceneError(f"{name} is not available for {clean(frame)!r}", place)
+        check_row(frame, frames, place)
+        return row
     if name not in CATALOGUE:
-        raise SceneError(f"unknown output {clean(row)!r}{did_you_mean(name, CATALOGUE)}", place)
+        raise SceneError(f"unknown output {clean(row)!r}{did_you_mean(name, [*CATALOGUE, *PRODUCTS])}", place)
     if name in OF_A_FRAME and not frame:
         raise SceneError(f"{name} needs a frame: {name}:NAME", place)
     if colon and name not in OF_A_FRAME:
@@ -118,8 +170,11 @@ def _check_together(output: Output, place: str) -> None:
         raise SceneError(f"{clean(twice)!r} is listed twice in {clean(output.name)!r}", place)
     if output.of != (output.name,) and output.name.endswith(_SUFFIXES):
         raise SceneError(f"{clean(output.name)!r} ends like a form of another function ({', '.join(_SUFFIXES)})", place)
+    weighted = [row.partition(":")[2].partition(":")[0] for row in output.of if row.startswith("vjp:")]
+    if len(set(weighted)) < len(weighted):
+        raise SceneError(f"{clean(output.name)!r}: these products would share one argument of weights", place)
     for row in output.of:
-        clash = next((other for other in output.of if _READS.get(other, "") == _GIVES.get(row)), None)
+        clash = next((other for other in output.of if _reads(other) & _gives(row)), None)
         if clash is not None:
             raise SceneError(
                 f"{row} and {clash} cannot share a function: {_GIVES[row]!r} is a result of one and an argument of the "

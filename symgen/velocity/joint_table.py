@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from symgen.algebra.linear import IDENTITY, ZERO, Mat, Vec, matmul, matvec, scale, transpose, vadd
+from symgen.algebra.linear import IDENTITY, ZERO, Mat, Vec, half, matmul, matvec, scale, transpose, vadd
 from symgen.algebra.numbers import Numbers
 from symgen.scene.model import Joint
 from symgen.velocity.rotation import (
@@ -53,12 +53,13 @@ class JointRow:
     """``pose(joint, q, values)`` → (rotation, translation) of the child in the joint frame;
     ``columns(joint, placement, values)`` → motion subspace; ``reference``: which body the point r_j is fixed in
     (its position is the joint origin for the parent, the child's origin for the child);
-    ``integrate(joint, q, v·dt, placement-free data)`` → q after the motion."""
+    ``integrate(joint, q, v·dt, placement-free data)`` → q after the motion; ``rate(joint, q, v, …)`` → dq/dt."""
 
     pose: Callable[[Joint, Vec, Values], tuple[Mat, Vec]]
     columns: Callable[[Joint, Placement, Values], tuple[Column, ...]]
     reference: str
     integrate: Callable[[Joint, Vec, Vec, Values], Vec]
+    rate: Callable[[Joint, Vec, Vec, Values], Vec]
 
 
 def _turn(axis: Vec, angle: Scalar, numbers: Numbers) -> Mat:
@@ -156,6 +157,31 @@ def _floating_integrate(joint: Joint, q: Vec, step: Vec, values: Values) -> Vec:
     return (*vadd(position, travel), *renormalise(turned))
 
 
+def _same(joint: Joint, q: Vec, v: Vec, values: Values) -> Vec:
+    return v
+
+
+def _quaternion_rate(left: Vec, right: Vec) -> Vec:
+    """½ left ⊗ right, one of them a quaternion and the other an angular velocity with a zero scalar part."""
+    return tuple(half(x) for x in quaternion_product(left, right))
+
+
+def _spherical_rate(joint: Joint, q: Vec, v: Vec, values: Values) -> Vec:
+    return _quaternion_rate(q, (*v, 0))
+
+
+def _floating_rate(joint: Joint, q: Vec, v: Vec, values: Values) -> Vec:
+    quaternion, convention = q[3:], values.scene.options.base_velocity
+    to_joint = transpose(values.matrix(joint.origin.rotation))
+    if convention == "body":
+        travel = matvec(quaternion_rotation(quaternion), v[:3])
+        return (*travel, *_quaternion_rate(quaternion, (*v[3:], 0)))
+    travel = matvec(to_joint, v[:3])
+    if convention == "mixed":
+        return (*travel, *_quaternion_rate(quaternion, (*v[3:], 0)))
+    return (*travel, *_quaternion_rate((*matvec(to_joint, v[3:]), 0), quaternion))
+
+
 def _screw_travel(v: Vec, w: Vec, numbers: Numbers) -> Vec:
     """V v with V = 1 + (1 − cos φ)/φ² w̃ + (φ − sin φ)/φ³ w̃², φ = |w| (the translation of exp6)."""
     square = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
@@ -167,16 +193,20 @@ def _screw_travel(v: Vec, w: Vec, numbers: Numbers) -> Vec:
 
 
 _REVOLUTE = JointRow(
-    lambda joint, q, values: (_turn(_axis(joint, values), q[0], values.numbers), ZERO), _revolute_columns, PARENT, _add
+    lambda joint, q, values: (_turn(_axis(joint, values), q[0], values.numbers), ZERO),
+    _revolute_columns,
+    PARENT,
+    _add,
+    _same,
 )
 
 JOINT_TABLE: dict[str, JointRow] = {
     "revolute": _REVOLUTE,
     "continuous": _REVOLUTE,
     "prismatic": JointRow(
-        lambda joint, q, values: (IDENTITY, scale(q[0], _axis(joint, values))), _prismatic_columns, PARENT, _add
+        lambda joint, q, values: (IDENTITY, scale(q[0], _axis(joint, values))), _prismatic_columns, PARENT, _add, _same
     ),
-    "helical": JointRow(_helical_pose, _helical_columns, PARENT, _add),
+    "helical": JointRow(_helical_pose, _helical_columns, PARENT, _add, _same),
     "cylindrical": JointRow(
         lambda joint, q, values: (
             _turn(_axis(joint, values), q[0], values.numbers),
@@ -185,18 +215,28 @@ JOINT_TABLE: dict[str, JointRow] = {
         _cylindrical_columns,
         PARENT,
         _add,
+        _same,
     ),
-    "universal": JointRow(_universal_pose, _universal_columns, PARENT, _add),
+    "universal": JointRow(_universal_pose, _universal_columns, PARENT, _add, _same),
     "planar": JointRow(
-        lambda joint, q, values: (_turn((0, 0, 1), q[2], values.numbers), (q[0], q[1], 0)), _planar_columns, CHILD, _add
+        lambda joint, q, values: (_turn((0, 0, 1), q[2], values.numbers), (q[0], q[1], 0)),
+        _planar_columns,
+        CHILD,
+        _add,
+        _same,
     ),
     "spherical": JointRow(
-        lambda joint, q, values: (quaternion_rotation(q), ZERO), _spherical_columns, PARENT, _spherical_integrate
+        lambda joint, q, values: (quaternion_rotation(q), ZERO),
+        _spherical_columns,
+        PARENT,
+        _spherical_integrate,
+        _spherical_rate,
     ),
     "floating": JointRow(
         lambda joint, q, values: (quaternion_rotation(q[3:]), tuple(q[:3])),
         _floating_columns,
         CHILD,
         _floating_integrate,
+        _floating_rate,
     ),
 }

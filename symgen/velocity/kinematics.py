@@ -248,6 +248,16 @@ def vector_bias(moving: Sequence[Twist], bias: Sequence[Twist], body: int, vecto
     return vadd(cross(bias[body].angular, vector), cross(spin, cross(spin, vector)))
 
 
+def configuration_rate(tree: Tree, values: Values, q: Sequence[Scalar], v: Sequence[Scalar]) -> Vec:
+    """dq/dt = G(q) v: the tangent of `integrate`, for quaternions of any norm."""
+    found: list[Scalar] = []
+    for body in tree.bodies:
+        if body.coupling is None:
+            own = tuple(q[body.q : body.q + body.nq]), tuple(v[body.v : body.v + body.nv])
+            found.extend(JOINT_TABLE[body.joint.type].rate(body.joint, *own, values))
+    return tuple(found)
+
+
 def integrate(tree: Tree, values: Values, state: State) -> Vec:
     """q after moving with velocity v for the time dt, on the manifold."""
     found: list[Scalar] = []

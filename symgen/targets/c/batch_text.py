@@ -15,7 +15,7 @@ _STATUS_LOOP = re.compile(
     r"\s*return status;\s*",
     re.ASCII,
 )
-_PER_STATE = ("q", "v", "a", "tau")
+_SHARED = ("dt", "p")
 
 
 def check_batch(
@@ -51,7 +51,7 @@ def _expected(program: Program, own_parameters: bool, precision: str) -> tuple[l
     """Declared arguments, and those of the call for state i."""
     declared, passed = ["size_t n"], []
     for port in program.inputs:
-        if port.name in _PER_STATE or (port.name == "p" and own_parameters):
+        if port.name not in _SHARED or (port.name == "p" and own_parameters):
             declared.append(f"const {precision} *{port.name}")
             passed.append(f"{port.name} + {port.size} * i")
         else:

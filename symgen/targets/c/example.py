@@ -48,11 +48,12 @@ def example_file(
 
     needed: dict[str, Port] = {port.name: port for program in programs for port in program.inputs}
     state = example_state(info)
+    further = {key: (Fraction(1, 4),) * port.size for key, port in needed.items() if key not in state}
     inputs = []
-    for key in state:
+    for key, numbers in {**state, **further}.items():
         if key in needed:
             port = needed[key]
-            values = [_literal(value, precision) for value in (*state[key], *[Fraction(0)] * port.size)[: port.size]]
+            values = [_literal(value, precision) for value in (*numbers, *[Fraction(0)] * port.size)[: port.size]]
             scalar = port.shape == ()
             declaration = port.name if scalar else f"{port.name}[{port.size}]"
             inputs.append({"declaration": declaration, "value": values[0] if scalar else f"{{{', '.join(values)}}}"})

@@ -11,7 +11,7 @@ from symgen.targets.c.literals import Precision
 
 _WIDTH = 110
 
-STATE_INPUTS = ("q", "v", "a", "tau")
+SHARED = ("dt", "p")
 """Inputs that a batch has one of per state; dt and p are shared."""
 
 
@@ -38,7 +38,7 @@ def symbols(name: str, programs: Sequence[Program], precision: Precision, batch:
         for port in ports:
             if ports.count(port) > 1:
                 raise SceneError(f"{program.name} has two arguments {port}; ask for its outputs apart", "outputs")
-        batched = batch and any(port.name in STATE_INPUTS for port in program.inputs)
+        batched = batch and any(port.name not in SHARED for port in program.inputs)
         with_p = batched and any(port.name == "p" for port in program.inputs)
         stem, suffix = f"{name}_{program.name}", precision.symbol_suffix
         row = Symbols(
@@ -84,7 +84,7 @@ def batch_prototype(program: Program, symbol: str, precision: Precision, status:
     real = precision.c_type
     arguments = ["size_t n"]
     for port in program.inputs:
-        shared = port.name not in STATE_INPUTS and not (port.name == "p" and own_parameters)
+        shared = port.name in SHARED and not (port.name == "p" and own_parameters)
         size = f"[{port.size}]" if shared else ""
         arguments.append(f"const {real} {port.name}{size}" if size else f"const {real} *{port.name}")
         if not _array(port):
@@ -97,7 +97,7 @@ def batch_call(program: Program, symbol: str, own_parameters: bool) -> str:
     """The call for state i."""
     arguments = []
     for port in program.inputs:
-        per_state = port.name in STATE_INPUTS or (port.name == "p" and own_parameters)
+        per_state = port.name not in SHARED or (port.name == "p" and own_parameters)
         arguments.append(f"{port.name} + {port.size} * i" if per_state else port.name)
     arguments += [f"{port.name} + {port.size} * i" for port in program.outputs]
     return f"{symbol}({', '.join(arguments)})"

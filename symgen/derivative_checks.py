@@ -1,0 +1,146 @@
+"""How derivative rows are certified: against the literal form run in dual numbers over GF(p), along random directions.
+
+Accelerations that forward dynamics asks for are solved for in body axes and then held to the literal equation of
+motion, in the same numbers: nothing of the plans is trusted.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Protocol
+
+from symgen.algebra.dual import Dual, parts
+from symgen.algebra.field import NotInField, Residue
+from symgen.algebra.linear import dot
+from symgen.catalogue import row_of, split_row
+from symgen.literal.derivatives import SECOND, along, change
+from symgen.literal.equations import Literal
+from symgen.plans.build import flatten
+from symgen.plans.composite import mass_matrix
+from symgen.plans.factor import factor
+from symgen.plans.walk import Lowered
+
+Pairs = Iterator[tuple[Any, Any]]
+
+
+class Emitted(Protocol):
+    """What a check is given of the candidate."""
+
+    values: dict[str, list[Residue]]
+    inputs: dict[str, list[Residue]]
+    lowered: Lowered
+    row: str
+    ports: list[str]
+
+    def rows(self, name: str, columns: int) -> list[list[Residue]]: ...
+
+
+def _random(literal: Literal, rng: random.Random, p: int) -> list[Residue]:
+    return [Residue(rng.randrange(1, p), p) for _ in range(literal.tree.nv)]
+
+
+def _times(emitted: Emitted, name: str, x: Sequence[Residue]) -> list[Any]:
+    return [dot(row, x) for row in emitted.rows(name, len(x))]
+
+
+def accelerations(literal: Literal, lowered: Lowered) -> list[Any]:
+    """a with mass_matrix a + bias_force = tau in the number type of ``literal``, GF(p) or duals over it. Found by the
+    plans, accepted only if the literal equation holds."""
+    state, values = literal.state, literal.values
+    links = lowered.at(values, state.q)
+    m = lowered.reduce_matrix(values, mass_matrix(links))
+    for i, extra in enumerate(literal.armature):
+        m[i][i] = m[i][i] + extra
+    a = factor(links, m).solve([x - y for x, y in zip(state.tau, literal.bias_force(), strict=True)])
+    for left, bias, tau in zip(literal.mass_matrix_times(a), literal.bias_force(), state.tau, strict=True):
+        if any(not x == y for x, y in zip(parts(left + bias), parts(tau), strict=True)):
+            raise NotInField("the equation of motion does not hold")
+    return a
+
+
+def _inverse_dynamics(literal: Literal, emitted: Emitted, rng: random.Random, p: int) -> Pairs:
+    """Matrix times a random direction, against the change of the literal inverse dynamics along it."""
+    for variable in ("q", "v"):
+        x = _random(literal, rng, p)
+        expected = change(along(literal, {f"d{variable}": x}).inverse_dynamics())
+        yield from zip(expected, _times(emitted, f"dtau_d{variable}", x), strict=True)
+
+
+def _forward_dynamics(literal: Literal, emitted: Emitted, rng: random.Random, p: int) -> Pairs:
+    """Along any direction the literal inverse dynamics at (q, v, a) stays τ."""
+    a = accelerations(literal, emitted.lowered)
+    moved = Literal(literal.tree, literal.natural, literal.values, replace(literal.state, a=tuple(a)))
+    for variable in ("q", "v"):
+        x = _random(literal, rng, p)
+        direction = {f"d{variable}": x, "da": _times(emitted, f"da_d{variable}", x)}
+        for value in change(along(moved, direction).inverse_dynamics()):
+            yield 0, value
+    x = _random(literal, rng, p)
+    yield from zip(x, literal.mass_matrix_times(_times(emitted, "da_dtau", x)), strict=True)
+
+
+def _second(literal: Literal, emitted: Emitted, rng: random.Random, p: int) -> Pairs:
+    """Tensor times two random directions, against nested duals."""
+    for first, second in SECOND:
+        x, y = _random(literal, rng, p), _random(literal, rng, p)
+        outer = along(literal, {second: y})
+        nested = along(outer, {first: [Dual(value) for value in x]})
+        expected = change(change(nested.inverse_dynamics()))
+        n = len(x)
+        by_second = [dot(row, y) for row in emitted.rows(f"d2tau_{first}{second}", n)]
+        found = [dot(by_second[i * n : (i + 1) * n], x) for i in range(n)]
+        yield from zip(expected, found, strict=True)
+
+
+def _changes(literal: Literal, emitted: Emitted, row: str, direction: Mapping[str, Sequence[Any]]) -> list[Any]:
+    """Changes of the outputs of a row along a direction, flat."""
+    name, frame = split_row(row)
+    dual = along(literal, direction)
+    if name == "forward_dynamics":
+        return list(change(tuple(accelerations(dual, emitted.lowered))))
+    definition = row_of(row).literal
+    assert definition is not None
+    return [change(x) for value in definition(dual, frame) for x in flatten(value)]
+
+
+def _jvp(literal: Literal, emitted: Emitted, rng: random.Random, p: int) -> Pairs:
+    row = split_row(emitted.row)[1]
+    names = [f"d{name}" for name in (*row_of(row).inputs, "p") if f"d{name}" in emitted.inputs]
+    expected = _changes(literal, emitted, row, {name: emitted.inputs[name] for name in names})
+    yield from zip(expected, [x for port in emitted.ports for x in emitted.values.get(port, [])], strict=True)
+
+
+def _vjp(literal: Literal, emitted: Emitted, rng: random.Random, p: int) -> Pairs:
+    """Gradient times a random direction = weights times the change along it."""
+    row = split_row(emitted.row)[1]
+    base = row_of(row)
+    direction, found = {}, Residue(0, p)
+    for name, port in zip((*base.inputs, "p"), emitted.ports, strict=True):
+        size = len(literal.state.p) if name == "p" else literal.tree.nv
+        if size:
+            x = direction[f"d{name}"] = [Residue(rng.randrange(1, p), p) for _ in range(size)]
+            found = found + dot(emitted.values[port], x)
+    weights = [x for name, _, _ in base.outputs for x in emitted.inputs.get(f"w_{name}", [])]
+    yield dot(weights, _changes(literal, emitted, row, direction)), found
+
+
+def _parameter_jacobian(literal: Literal, emitted: Emitted, rng: random.Random, p: int) -> Pairs:
+    x = [Residue(rng.randrange(1, p), p) for _ in literal.state.p]
+    found = [dot(row, x) for port in emitted.ports for row in emitted.rows(port, len(x))]
+    yield from zip(_changes(literal, emitted, split_row(emitted.row)[1], {"dp": x}), found, strict=True)
+
+
+CHECKS: dict[str, tuple[str, Callable[[Literal, Any, random.Random, int], Pairs]]] = {
+    "inverse_dynamics_derivatives": (
+        "literal inverse_dynamics in dual numbers along random directions", _inverse_dynamics
+    ),
+    "forward_dynamics_derivatives": (
+        "literal inverse_dynamics in dual numbers: no change of tau along random directions", _forward_dynamics
+    ),
+    "inverse_dynamics_second_derivatives": ("literal inverse_dynamics in nested dual numbers", _second),
+    "jvp": ("literal row in dual numbers", _jvp),
+    "vjp": ("literal row in dual numbers along random directions", _vjp),
+    "parameter_jacobian": ("literal row in dual numbers along random parameters", _parameter_jacobian),
+}  # fmt: skip
