@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from symgen.catalogue import CATALOGUE, split_row
 from symgen.errors import NotSupportedError, SceneError
+from symgen.savings import savings
 from symgen.scene.document import clean
 from symgen.scene.joints import JOINT_TYPES
 from symgen.scene.model import GROUND, Joint, Scene
@@ -85,6 +86,16 @@ def _span(start: int, size: int, letter: str) -> str:
     return f"{letter}{start}" if size == 1 else f"{letter}{start}…{start + size - 1}"
 
 
+def _coordinate(body: TreeBody, letter: str) -> str:
+    """``q3``, ``q3…5``, or for a joint coupled to another ``-2·q3 + 0.5``."""
+    place = _span(body.q, body.nq, "q") if letter == "q" else _span(body.v, body.nv, "v")
+    if body.coupling is None:
+        return place
+    factor, offset = body.coupling.multiplier, body.coupling.offset if letter == "q" else Fraction(0)
+    scaled = place if factor == 1 else f"{number(factor)}·{place}"
+    return f"{scaled} {'+' if offset > 0 else '-'} {number(abs(offset))}" if offset else scaled
+
+
 def _axis(joint: Joint) -> str:
     axes = [vector(axis) for axis in (joint.axis, joint.axis2) if axis is not None]
     pitch = [f"pitch {number(joint.pitch)} m/rad"] if joint.pitch is not None else []
@@ -97,7 +108,7 @@ def joint_table(tree: Tree) -> str:
     for body in tree.bodies:
         joint = body.joint
         parent = tree.bodies[body.parent].name if body.parent >= 0 else GROUND
-        motion = (_span(body.q, body.nq, "q"), _span(body.v, body.nv, "v"))
+        motion = (_coordinate(body, "q"), _coordinate(body, "v"))
         rows.append((body.index + 1, joint.name, joint.type, f"{parent} → {body.name}", _axis(joint), *motion))
     return table(("#", "joint", "type", "parent → child", "axis", "q", "v"), rows, right=(0,))
 
@@ -164,6 +175,27 @@ def plan_table(system: System) -> str:
     return table(header, rows, right=range(3, 9))
 
 
+def saving_rows(system: System) -> list[dict[str, Any]]:
+    """What each restriction of the scene saves, as plain data."""
+    return [
+        {"restriction": s.restriction, "flops": s.flops, "without": s.without, "saved": s.saved, "why": s.why or None}
+        for s in savings(system)
+    ]
+
+
+def saving_table(system: System) -> str:
+    """The same as text: flops of all functions together."""
+    rows = []
+    for row in saving_rows(system):
+        numbers = ("–" if row[key] is None else row[key] for key in ("flops", "without", "saved"))
+        rows.append((row["restriction"], *numbers, row["why"] or ""))
+    if not rows:
+        return ""
+    header = ("restriction", "flops", "without it", "saved", "why")
+    columns = len(header) if any(row[-1] for row in rows) else len(header) - 1
+    return table(header[:columns], [row[:columns] for row in rows], right=(1, 2, 3))
+
+
 def _derived(scene: Scene) -> tuple[System, str]:
     """The derived system, and why it has no functions (a closed loop is shown, but not derived)."""
     from symgen.system import derive
@@ -199,6 +231,7 @@ def as_text(scene: Scene) -> str:
         _section("Secondary path matrix π*", labelled_matrix(tree.secondary_path_matrix.tolist(), tree)),
         _section("Natural coordinates", entity_table(natural.entities, tree)),
         "" if refusal else _section("Plans (● chosen)", plan_table(system)),
+        "" if refusal else _section("What restrictions save, all functions together", saving_table(system)),
         _section("Notes", "\n".join(f"- {note}" for note in notes)),
     ]
     return "\n\n".join(section for section in sections if section)
@@ -222,6 +255,8 @@ def as_json(scene: Scene) -> dict[str, Any]:
                 "child": body.name,
                 "q": [body.q, body.nq],
                 "v": [body.v, body.nv],
+                "coupling": body.coupling
+                and {"multiplier": float(body.coupling.multiplier), "offset": float(body.coupling.offset)},
             }
             for body in tree.bodies
         ],
@@ -236,6 +271,7 @@ def as_json(scene: Scene) -> dict[str, Any]:
             for e in natural.entities
         ],
         "plans": [] if refusal else plan_rows(system),
+        "restrictions": [] if refusal else saving_rows(system),
         "notes": list(scene.notes),
         "not_supported": refusal or None,
     }

@@ -6,10 +6,12 @@ import json
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from symgen import cli, show
+from symgen import cli, savings, show
+from symgen.scene import restrictions
 from symgen.scene.load import load
 from symgen.system import derive
 
@@ -113,3 +115,91 @@ def test_one_constraint_is_singular(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out.startswith(
         "pendulum: 1 moving body, nq = 1, nv = 1, nn = 2 natural coordinates (planar), nc = 1 constraint\n"
     )
+
+
+# -- couplings and restrictions ------------------------------------------------------------------------------------
+
+ARM = """\
+name: arm
+bodies:
+  - {name: upper, mass: 2, com: [0, 0, -0.5], inertia: [0.17, 0.17, 0.002, 0, 0, 0]}
+  - {name: lower, mass: 1, com: [0, 0, -0.4], inertia: [0.06, 0.06, 0.001, 0, 0, 0]}
+  - {name: hand, mass: 0.5, com: [0.1, 0, 0], inertia: [0.01, 0.01, 0.01, 0, 0, 0]}
+joints:
+  - {name: shoulder, type: revolute, parent: ground, child: upper, axis: [0, 1, 0]}
+  - {name: elbow, type: revolute, parent: upper, child: lower, axis: [1, 0, 0], origin: {xyz: [0, 0, -1]}}
+  - {name: wrist, type: revolute, parent: lower, child: hand, axis: [1, 0, 0], origin: {xyz: [0, 0, -1]}%s}
+outputs: [mass_matrix, inverse_dynamics]
+%s"""
+
+
+def answer(text: str, folder: Path, capsys: pytest.CaptureFixture[str], *more: str) -> Any:
+    path = folder / "arm.scene.yaml"
+    path.write_text(text, encoding="utf-8")
+    assert cli.run(["show", str(path), *more]) == 0
+    out = capsys.readouterr().out
+    return json.loads(out) if "--json" in more else out
+
+
+def test_a_coupled_joint_shows_its_masters_coordinate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = ARM % (", mimic: {joint: elbow, multiplier: -2, offset: 0.5}", "")
+    rows = {
+        line.split()[1]: line.split("  ")[-2:] for line in answer(text, tmp_path, capsys).splitlines() if "→" in line
+    }
+    assert [cell.strip() for cell in rows["wrist"]] == ["-2·q1 + 0.5", "-2·v1"]
+    couplings = [joint["coupling"] for joint in answer(text, tmp_path, capsys, "--json")["joints"]]
+    assert couplings == [None, None, {"multiplier": -2.0, "offset": 0.5}]
+
+
+def test_what_restrictions_save(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    free = answer(ARM % ("", ""), tmp_path, capsys, "--json")
+    held = answer(ARM % ("", "lock: {elbow: 0.5}"), tmp_path, capsys, "--json")
+    flops = [sum(row["flops"] for row in each["plans"] if row["chosen"]) for each in (free, held)]
+    lock, constant = held["restrictions"]
+    assert lock == {"restriction": "lock elbow = 0.5", "flops": flops[1], "without": flops[0],
+                    "saved": flops[0] - flops[1], "why": None}  # fmt: skip
+    assert flops[0] > flops[1]
+    assert constant["restriction"] == "30 inertial parameters constant" and constant["saved"] > 0
+    everything = ARM % ("", "parameters: ['*.mass', '*.com', '*.inertia']")
+    assert answer(everything, tmp_path, capsys, "--json")["restrictions"] == []
+    printed = answer(ARM % ("", "lock: {elbow: 0.5}"), tmp_path, capsys).splitlines()
+    numbers = [str(n) for n in (flops[1], flops[0], flops[0] - flops[1])]
+    assert ["lock", "elbow", "=", "0.5", *numbers] in [line.split() for line in printed]
+
+
+def test_outputs_of_the_command_line_are_those_that_count(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = ARM % ("", "lock: {elbow: 0.5}")
+    mass = answer(text, tmp_path, capsys, "--json", "--outputs", "mass_matrix")
+    assert mass["restrictions"][0]["flops"] == next(row["flops"] for row in mass["plans"] if row["chosen"])
+
+
+def test_what_is_too_large_is_not_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "arm.scene.yaml"
+    path.write_text(ARM % ("", "lock: {elbow: 0.5}"))
+    system = derive(load(path))
+    monkeypatch.setattr(savings, "MAX_VELOCITIES", 2)
+    first, second = savings.savings(system)
+    assert (first.saved, first.why) == (None, "not counted: 3 velocities, more than 2")
+    assert second.saved is not None
+    monkeypatch.setattr(savings, "MAX_VELOCITIES", 1)
+    assert {row.why for row in savings.savings(system)} == {"not counted: 2 velocities, more than 1"}
+    monkeypatch.setattr(savings, "MAX_VELOCITIES", 40)
+    monkeypatch.setattr(savings, "MAX_FLOPS", 10)
+    assert all("flops as they are" in row.why for row in savings.savings(system))
+
+
+def test_many_restrictions_are_counted_together(tmp_path: Path) -> None:
+    n = restrictions.ONE_BY_ONE + 2
+    links = "".join(f'<link name="b{k}"><inertial><mass value="1"/>{ROUND}</inertial></link>' for k in range(n + 1))
+    turns = "".join(
+        f'<joint name="j{k}" type="continuous"><parent link="b{k}"/><child link="b{k + 1}"/></joint>' for k in range(n)
+    )
+    (tmp_path / "chain.urdf").write_text(f'<robot name="chain">{links}{turns}</robot>')
+    locked = ", ".join(f"j{k}: 0" for k in range(1, n))
+    path = tmp_path / "chain.scene.yaml"
+    path.write_text(f"name: chain\nmodel: chain.urdf\nlock: {{{locked}}}\nremove: [b{n}]\noutputs: [mass_matrix]\n")
+    labels = [row.label for row in restrictions.restrictions(load(path))]
+    assert labels == [f"{n - 1} joints locked", f"remove b{n}", f"{10 * (n - 1)} inertial parameters constant"]
+
+
+ROUND = '<inertia ixx="1" iyy="1" izz="1"/>'
