@@ -6,6 +6,7 @@ BIN := .venv/bin
 STAMP := .venv/stamp
 JOBS ?= 2
 SCENES ?=
+ROBOTS ?=
 GENERATED ?= generated
 PYTEST_ARGS ?=
 # One thread per process: the work is spread over processes.
@@ -44,6 +45,10 @@ bench: $(STAMP) ## speed and error of the generated C for a few examples
 .PHONY: generated
 generated: $(STAMP) ## regenerate generated/ (C, headers and manifests of the examples)
 	@$(BIN)/python tools/generated.py --jobs $(JOBS) $(GENERATED)
+
+.PHONY: robots
+robots: $(STAMP) ## operations, times and differences to Pinocchio over real robots (ROBOTS="panda hyq", out/robots)
+	@$(BIN)/python -m tools.robots $(ROBOTS)
 
 .PHONY: lock
 lock: ## look for newer versions and rewrite requirements/lock.txt

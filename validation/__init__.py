@@ -26,6 +26,10 @@ if TYPE_CHECKING:
 __all__ = ["Refinement", "Row", "Skip", "Trajectory", "ValidationResult", "validate"]
 
 PEERS = ("pinocchio", "exudyn")
+"""Simulators that a scene is compared with unless others are named."""
+
+KNOWN = (*PEERS, "mujoco")
+PACKAGES = {"pinocchio": "pin", "exudyn": "exudyn", "mujoco": "mujoco"}
 NEEDED = (
     "natural_coordinates",
     "natural_mass_matrix",
@@ -70,9 +74,9 @@ def validate(
     Raises `SceneError` on a bad scene, `NotSupportedError` on closed loops, `ToolError` when a simulator or compiler
     is missing.
     """
-    unknown = [name for name in against if name not in PEERS]
+    unknown = [name for name in against if name not in KNOWN]
     if unknown:
-        raise ToolError(f"unknown simulator {unknown[0]}: choose from {', '.join(PEERS)}")
+        raise ToolError(f"unknown simulator {unknown[0]}: choose from {', '.join(KNOWN)}")
     if not isinstance(scene, Scene):
         from symgen.scene.load import load
 
@@ -182,6 +186,8 @@ def _run(
     report.step("Pinocchio")
     if "pinocchio" in against:
         _against_pinocchio(report, scene, bound, states, seed)
+    if "mujoco" in against:
+        _against_mujoco(report, scene, bound, states, seed)
     report.take([order_row(scene), *combined_rows(scene, bound, seed)])
     report.step("finite differences")
     report.take(*check_differences(mechanism, bound, seed + 1))
@@ -201,8 +207,7 @@ def _run(
     if progress is not None:
         progress(report.total, report.total, "")
     rows, skipped = tuple(report.rows), tuple(report.skipped)
-    versions = {name: _version(package) for name, package in (("pinocchio", "pin"), ("exudyn", "exudyn"))}
-    used = {name: versions[name] for name in against}
+    used = {name: _version(PACKAGES[name]) for name in against}
     return ValidationResult(scene.name, scene.sha256, against, states, seed, rows, skipped, trajectory, used)
 
 
@@ -232,6 +237,19 @@ def _against_pinocchio(report: _Report, scene: Scene, bound: Any, states: int, s
         report.take(*compare_with_pinocchio(changed, again, few, seed, ", other parameters"))
         report.take(compare_rows(changed, again, few, seed, ", other parameters"))
     report.take(snapping_rows(scene, seed))
+
+
+def _against_mujoco(report: _Report, scene: Scene, bound: Any, states: int, seed: int) -> None:
+    import numpy as np
+
+    from symgen.validation.functions import Bound, vary_parameters
+    from symgen.validation.mujoco_model import compare_with_mujoco
+
+    report.take(*compare_with_mujoco(scene, bound, states, seed))
+    if scene.parameters:
+        changed, p = vary_parameters(scene, np.random.default_rng(seed))
+        again = Bound(bound.functions, p)
+        report.take(*compare_with_mujoco(changed, again, max(1, states // 10), seed, ", other parameters"))
 
 
 def _first_integrals(report: _Report, mechanism: Any, bound: Any, seed: int) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -26,9 +27,20 @@ CONDITION = 1e3
 SAME_STATE = "same state"
 
 
+class Peer(Protocol):
+    """A simulator's dynamics of a scene, in symgen's coordinates and units."""
+
+    @property
+    def mechanism(self) -> Mechanism: ...
+    def mass_matrix(self, q: Array) -> Array: ...
+    def bias_force(self, q: Array, v: Array) -> Array: ...
+    def inverse_dynamics(self, q: Array, v: Array, a: Array) -> Array: ...
+    def forward_dynamics(self, q: Array, v: Array, tau: Array) -> Array: ...
+
+
 @dataclass(frozen=True)
 class Samples:
-    """Random states, one per row, and Pinocchio's answers there."""
+    """Random states, one per row, and a simulator's answers there."""
 
     q: Array
     v: Array
@@ -57,8 +69,8 @@ def sample_states(mechanism: Mechanism, count: int, seed: int) -> tuple[Array, A
     return q, v, rng.uniform(-2.0, 2.0, v.shape), rng.uniform(-2.0, 2.0, v.shape)
 
 
-def draw(peer: Pinocchio, count: int, seed: int) -> Samples:
-    """Pinocchio at ``count`` states."""
+def draw(peer: Peer, count: int, seed: int) -> Samples:
+    """The peer at ``count`` states."""
     q, v, a, tau = sample_states(peer.mechanism, count, seed)
     scene = peer.mechanism.scene
     weight = sum(float(b.mass) for b in scene.bodies) * float(np.linalg.norm([float(g) for g in scene.gravity]))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symgen.catalogue import CATALOGUE
 from symgen.scene.model import Scene
 from symgen.scene.outputs import function_name
 from symgen.validation.compare import norm
@@ -116,7 +117,7 @@ def expected_vjp(J: Jacobian, weights: Ports, inputs: tuple[str, ...]) -> Ports:
 def product_difference(target: Target, kind: str, s: State, rng: np.random.Generator) -> tuple[float, int]:
     """Largest relative difference of one product at one state, and the output it is in."""
     functions, name = target.functions, f"{kind}_{target.name}"
-    inputs = tuple(x for x in functions.inputs(target.name) if x != "dt")
+    inputs = tuple(x for x in CATALOGUE[target.row].inputs if x != "dt")
     if functions.p.size:
         inputs += ("p",)
     state = {x: getattr(s, x) for x in inputs if x != "p"}
@@ -132,8 +133,8 @@ def product_difference(target: Target, kind: str, s: State, rng: np.random.Gener
         else:
             weights = tuple(rng.uniform(-1, 1, x.shape) for x in target.value(s))
             expected = expected_vjp(J, weights, inputs)
-            ports = getattr(functions.functions, target.name).outputs
-            given = {**state, **{f"w_{port}": w for port, w in zip(ports, weights, strict=True)}}
+            names = [x for x in functions.inputs(name) if x.startswith("w_")]
+            given = {**state, **dict(zip(names, weights, strict=True))}
         found = functions.all(name, *(given[x] for x in functions.inputs(name)))
     ours = found if isinstance(found, tuple) else (found,)
     floor = sizes(target.peer, s).forces(norm(s.a))
@@ -165,8 +166,9 @@ def compare_products(scene: Scene, functions: Bound, seed: int) -> tuple[list[Ro
     skipped: list[Skip] = []
     for kind, row, frame in asked:
         target = Target(row, frame, peer, functions)
-        if not functions.has(target.name, f"{kind}_{target.name}"):
-            skipped.append(Skip(f"{GROUP}: {kind}:{row}", f"needs {target.name}"))
+        needed = f"{kind}_{target.name}", *(() if row in PEER_ROWS and not scene.parameters else (target.name,))
+        if not functions.has(*needed):
+            skipped.append(Skip(f"{GROUP}: {kind}:{row}", f"needs {' and '.join(needed)}"))
             continue
         found = [product_difference(target, kind, s, rng) for s in states_of(peer, STATES, seed)]
         value, port = max(found, key=lambda pair: pair[0] if np.isfinite(pair[0]) else np.inf)

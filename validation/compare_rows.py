@@ -11,7 +11,7 @@ from symgen.scene.model import Scene
 from symgen.scene.outputs import function_name
 from symgen.validation.compare import CONDITION, CRITERION, FLOOR, SAME_STATE, norm, sample_states
 from symgen.validation.functions import Bound
-from symgen.validation.mechanism import Array
+from symgen.validation.mechanism import Array, link_poses
 from symgen.validation.pinocchio_model import Pinocchio, build_pinocchio
 from symgen.validation.pinocchio_rows import NEW, PEER_ROWS, State, inertial_force
 from symgen.validation.result import Row
@@ -49,7 +49,7 @@ class Sizes:
                 return by_q, by_v
             case "inverse_dynamics_second_derivatives":
                 return by_q, by_v, self.mass, self.mass
-            case "joint_wrenches" | "base_regressor":
+            case "joint_wrenches" | "bias_force" | "inverse_dynamics" | "gravity_force" | "passive_force":
                 return (by_q,)
             case "regressor":
                 return (self.v**2 + self.a + 1.0,)
@@ -67,7 +67,7 @@ def sizes(peer: Pinocchio, s: State) -> Sizes:
     M = peer.mass_matrix(s.q)
     weight = sum(float(body.mass) for body in scene.bodies) * norm(np.array([float(x) for x in scene.gravity]))
     inverse = float(np.linalg.norm(np.linalg.inv(M), np.inf))
-    lever = max([1.0, *(norm(peer.body_pose(s.q, body.name).position) for body in scene.bodies)])
+    lever = max([1.0, *(norm(pose.position) for pose in link_poses(peer.mechanism, s.q))])
     return Sizes(float(np.linalg.norm(M, np.inf)), inverse, norm(s.v), norm(s.a), weight, lever)
 
 
@@ -75,10 +75,11 @@ def growth(row: str, size: Sizes, theirs: tuple[Array, ...], peer: Pinocchio, s:
     """How a relative rounding error grows in each output, over `CONDITION`: these rows solve with the mass matrix."""
     if row == "mass_matrix_inverse":
         return (max(1.0, size.mass * size.inverse / CONDITION),)
-    if row != "forward_dynamics_derivatives":
+    if row not in ("forward_dynamics", "forward_dynamics_derivatives"):
         return (1.0,) * len(theirs)
     a = norm(peer.forward_dynamics(s.q, s.v, s.tau))
-    loads = size.forces(a) + norm(s.tau), size.mass * size.v, 1.0
+    loads: tuple[float, ...] = (size.forces(a) + norm(s.tau), size.mass * size.v, 1.0)
+    loads = loads[: len(theirs)]
     found = (
         size.inverse * (size.mass * norm(x) + load) / max(norm(x), 1e-300)
         for x, load in zip(theirs, loads, strict=True)

@@ -72,6 +72,12 @@ def passive_force(mechanism: Mechanism, q: Any, v: Any) -> Any:
 def passive_derivatives(mechanism: Mechanism, q: Array, v: Array) -> tuple[Array, Array]:
     """∂/∂q in the tangent space and ∂/∂v of `passive_force`, each (nv, nv)."""
 
+    if not mechanism.scene.forces:
+        damping = np.zeros(mechanism.nv)
+        for link in mechanism.links:
+            damping[link.v] += link.factor**2 * float(link.joint.damping)
+        return np.zeros((mechanism.nv, mechanism.nv)), np.diag(damping)
+
     def columns(along: Callable[[Array], Any]) -> Array:
         return np.array([along(unit).imag / STEP for unit in np.eye(mechanism.nv)]).T
 
