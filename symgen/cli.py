@@ -207,7 +207,7 @@ def generate(
 @scene_argument
 @click.option(
     "--against",
-    metavar="pinocchio,exudyn",
+    metavar="pinocchio,exudyn,mujoco",
     default="pinocchio,exudyn",
     show_default=True,
     callback=split_names,

@@ -15,8 +15,10 @@ import argparse
 import importlib.util
 import json
 import math
+import os
 import subprocess
 import sys
+import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -179,9 +181,13 @@ def one(path: Path) -> dict[str, Any]:
 
 def apart(path: Path, seconds: int) -> dict[str, Any]:
     """`one` in another process; an error when it is not done in time."""
-    command = [sys.executable, __file__, "--one", str(path)]
+    command = [sys.executable, str(Path(__file__).absolute()), "--one", str(path.absolute())]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(part for part in sys.path if part)}
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=seconds, check=False)
+        with tempfile.TemporaryDirectory() as folder:  # MuJoCo writes its log where it runs
+            done = subprocess.run(
+                command, capture_output=True, text=True, timeout=seconds, check=False, cwd=folder, env=environment
+            )
     except subprocess.TimeoutExpired:
         return {"error": f"not done after {seconds} s"}
     lines = done.stdout.splitlines()

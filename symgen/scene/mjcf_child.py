@@ -3,7 +3,7 @@
     python mjcf_child.py MODEL.xml RESULT.json SECONDS
 
 A C reader may crash, hang or ask for all memory on a hostile file; here that ends this process only. Nothing of
-symgen is imported. RESULT.json is ``{"error": text}`` or what `described` says.
+symgen is imported. RESULT.json is ``{"error": what MuJoCo says}``, ``{"refusal": a message}`` or what `described` says.
 """
 
 from __future__ import annotations
@@ -34,6 +34,10 @@ ASSETS = ("skins", "materials", "textures", "hfields")
 TYPES = ("free", "ball", "slide", "hinge")
 
 
+class MissingMeshError(ValueError):
+    """A mesh that inertia needs is not there. The message is for the user."""
+
+
 def limit(seconds: int) -> None:
     """Bounds on time and memory, where the system has them."""
     with suppress(ImportError, ValueError, OSError):
@@ -55,7 +59,7 @@ def compiled(path: str) -> tuple[Any, Any, Counter[str]]:
     except ValueError as error:
         reason = missing_mesh(spec, str(error))
     if reason:
-        raise ValueError(reason)
+        raise MissingMeshError(reason)
     spec = mujoco.MjSpec.from_file(path)
     return spec, spec.compile(), held
 
@@ -235,13 +239,15 @@ def extras(model: Any) -> Counter[str]:
 def rows_with(model: Any, name: str) -> int:
     """Rows of an array that are not zero; older versions of MuJoCo lack the array."""
     values = getattr(model, name, None)
-    return 0 if values is None else sum(any(row) for row in values.reshape(len(values), -1))
+    return 0 if values is None else sum(bool(row.any()) for row in values)
 
 
 def main(path: str, result: str, seconds: str) -> None:
     limit(int(seconds))
     try:
         said = json.dumps(described(*compiled(path)), allow_nan=False)
+    except MissingMeshError as error:
+        said = json.dumps({"refusal": str(error)})
     except (ValueError, RuntimeError, OverflowError, TypeError, MemoryError, mujoco.FatalError) as error:
         said = json.dumps({"error": str(error) or type(error).__name__})
     with open(result, "w", encoding="utf-8") as stream:

@@ -102,6 +102,8 @@ def compile_mjcf(path: Path, file: str, seconds: int = SECONDS) -> Compiled:
         if not result.exists():
             raise SceneError(f"MuJoCo's reader failed: {_last_line(said)}", file)
         data = json.loads(result.read_text(encoding="utf-8"), parse_float=Fraction, parse_int=int)
+    if "refusal" in data:
+        raise SceneError(clean(data["refusal"], 300), file)
     if "error" in data:
         raise SceneError(f"MuJoCo: {_one_line(data['error'], path)}", file)
     return _compiled(data, file)
