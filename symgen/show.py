@@ -86,7 +86,7 @@ def _span(start: int, size: int, letter: str) -> str:
     return f"{letter}{start}" if size == 1 else f"{letter}{start}…{start + size - 1}"
 
 
-def _coordinate(body: TreeBody, letter: str) -> str:
+def coordinate(body: TreeBody, letter: str) -> str:
     """``q3``, ``q3…5``, or for a joint coupled to another ``-2·q3 + 0.5``."""
     place = _span(body.q, body.nq, "q") if letter == "q" else _span(body.v, body.nv, "v")
     if body.coupling is None:
@@ -108,7 +108,7 @@ def joint_table(tree: Tree) -> str:
     for body in tree.bodies:
         joint = body.joint
         parent = tree.bodies[body.parent].name if body.parent >= 0 else GROUND
-        motion = (_coordinate(body, "q"), _coordinate(body, "v"))
+        motion = (coordinate(body, "q"), coordinate(body, "v"))
         rows.append((body.index + 1, joint.name, joint.type, f"{parent} → {body.name}", _axis(joint), *motion))
     return table(("#", "joint", "type", "parent → child", "axis", "q", "v"), rows, right=(0,))
 
@@ -216,10 +216,12 @@ def as_text(scene: Scene) -> str:
     """Everything ``symgen show`` says about a scene."""
     system, refusal = _derived(scene)
     tree, natural = system.tree, system.natural
+    constraints = f"nc = {natural.nc} constraint{'' if natural.nc == 1 else 's'}"
+    if scene.runtime_origins:
+        constraints = "constraints only where joint origins are constant"
     sizes = (
         f"{len(tree.bodies)} moving bod{'y' if len(tree.bodies) == 1 else 'ies'}, nq = {tree.nq}, nv = {tree.nv}, "
-        f"nn = {natural.nn} natural coordinates{' (planar)' if natural.plane else ''}, nc = {natural.nc} constraint"
-        f"{'' if natural.nc == 1 else 's'}"
+        f"nn = {natural.nn} natural coordinates{' (planar)' if natural.plane else ''}, {constraints}"
     )
     notes = [*scene.notes, *([refusal] if refusal else [])]
     sections = [

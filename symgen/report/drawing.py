@@ -48,6 +48,8 @@ class Motion:
     slider: int
     """Which of the drawing's coordinates moves it."""
     factor: float = 1.0
+    offset: float = 0.0
+    """How far it is at coordinate x: factor · x + offset."""
 
 
 @dataclass(frozen=True)

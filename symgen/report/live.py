@@ -17,7 +17,10 @@ def _frame(frame: Frame) -> dict[str, Any]:
         "parent": frame.parent,
         "originRotation": frame.origin_rotation,
         "origin": frame.origin,
-        "motions": [{"kind": m.kind, "axis": m.axis, "slider": m.slider, "factor": m.factor} for m in frame.motions],
+        "motions": [
+            {"kind": m.kind, "axis": m.axis, "slider": m.slider, "factor": m.factor, "offset": m.offset}
+            for m in frame.motions
+        ],
         "rotation": frame.rotation,
         "position": frame.position,
     }

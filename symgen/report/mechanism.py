@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -67,6 +68,8 @@ def display_position(system: System, scale: float) -> list[float]:
     q: list[float] = []
     loops = bool(system.tree.cut_joints)
     for body in system.tree.bodies:
+        if body.coupling is not None:
+            continue  # it has no coordinate of its own
         for k, name in enumerate(JOINT_TYPES[body.joint.type].q_units):
             quaternion = body.joint.type in ("spherical", "floating") and name == "1"
             if quaternion:
@@ -77,6 +80,14 @@ def display_position(system: System, scale: float) -> list[float]:
             else:
                 q.append(ANGLE if name == "rad" else round(SLIDE * scale, 2))
     return q
+
+
+def positions(body: TreeBody, q: Sequence[float]) -> list[float]:
+    """The positions of a body's joint: its own entries of q, or what those of the joint it is coupled to make them."""
+    own = list(q[body.q : body.q + body.nq])
+    if body.coupling is None:
+        return own
+    return [float(body.coupling.multiplier) * x + float(body.coupling.offset) for x in own]
 
 
 def poses_at(system: System, q: Sequence[float]) -> tuple[Pose, ...]:
@@ -124,7 +135,7 @@ def draw(system: System) -> Drawing:
     draw_ground(sketch)
     for body in system.tree.bodies:
         _draw_body(sketch, body, bones[body.index])
-        draw_joint(sketch, body, q[body.q : body.q + body.nq])
+        draw_joint(sketch, body, positions(body, q))
     for joint in system.tree.cut_joints:
         draw_joint(sketch, joint, [0.0])
     _draw_springs(sketch)
@@ -260,13 +271,21 @@ def _frames(
 ) -> tuple[tuple[Slider, ...], tuple[Frame, ...]]:
     sliders: list[Slider] = []
     frames = []
+    movable = not system.tree.cut_joints
+    first: dict[int, int] = {}  # where a joint's coordinates start in q → its first slider
     for body in system.tree.bodies:
-        motions, own = elementary(body.joint, len(sliders), scale)
-        movable = not system.tree.cut_joints
-        for k, (label, unit_name, reach) in enumerate(own if movable else []):
+        if body.coupling is not None:
+            continue
+        first[body.q] = len(sliders)
+        for k, (label, unit_name, reach) in enumerate(elementary(body.joint, 0, scale)[1] if movable else []):
             spherical = body.joint.type == "spherical"
             value = (ANGLE if k == 0 else 0.0) if spherical else q[body.q + k]
             sliders.append(Slider(label, unit_name, round(-reach, 3), round(reach, 3), value))
+    for body in system.tree.bodies:
+        motions = elementary(body.joint, first[body.q], scale)[0]
+        if body.coupling is not None:
+            factor, offset = float(body.coupling.multiplier), float(body.coupling.offset)
+            motions = tuple(replace(m, factor=m.factor * factor, offset=m.factor * offset) for m in motions)
         origin = body.joint.origin
         frames.append(
             Frame(

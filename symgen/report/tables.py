@@ -101,7 +101,10 @@ def joints(system: System) -> Table:
         kind = f"{joint.type} ({JOINT_TYPES[joint.type].letter})"
         between = f"{parent_name(system, body)} → {body.name}"
         place = triple(joint.origin.translation)
-        q, v = _span(body.q, body.nq, "q"), _span(body.v, body.nv, "v")
+        q: str | Markup = _span(body.q, body.nq, "q")
+        v: str | Markup = _span(body.v, body.nv, "v")
+        if body.coupling is not None:
+            q, v = (minus(show.coordinate(body, letter)) for letter in "qv")
         rows.append((str(body.index + 1), joint.name, kind, between, ", ".join(axes + pitch) or "–", place, q, v))
     header = ("no.", "joint", "type", "parent → child", "axis, joint frame", "origin in the parent, m", "q", "v")
     return Table("Joints of the tree in coordinate order", header, tuple(rows))
@@ -112,6 +115,8 @@ def coordinates(system: System) -> Table:
     rows: list[tuple[str, ...]] = []
     base = system.scene.options.base_velocity
     for body in system.tree.bodies:
+        if body.coupling is not None:
+            continue  # it has none of its own
         joint, kind = body.joint, JOINT_TYPES[body.joint.type]
         positions = POSITIONS.get(joint.type, ("angle" if kind.q_units == ("rad",) else "displacement",))
         velocities = VELOCITIES.get(joint.type, ("rate",))

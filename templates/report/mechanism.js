@@ -30,7 +30,7 @@ function place() {
     const parent = frame.parent < 0 ? {r: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], o: [0, 0, 0]} : poses[frame.parent];
     let r = product(parent.r, frame.originRotation), o = add(parent.o, turn(parent.r, frame.origin));
     for (const m of frame.motions) {
-      const value = values[m.slider] * m.factor;
+      const value = values[m.slider] * m.factor + m.offset;
       if (m.kind === "turn") r = product(r, rotation(m.axis, value));
       else o = add(o, turn(r, m.axis.map(x => x * value)));
     }

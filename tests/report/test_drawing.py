@@ -49,7 +49,7 @@ def _pose(frames: tuple[Frame, ...], frame: Frame, values: list[float]) -> tuple
     if not frame.motions:
         return np.array(frame.rotation), np.array(frame.position)
     for motion in frame.motions:
-        value = values[motion.slider] * motion.factor
+        value = values[motion.slider] * motion.factor + motion.offset
         if motion.kind == "turn":
             rotation = rotation @ _turn(motion.axis, value)
         else:
