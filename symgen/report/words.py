@@ -135,6 +135,9 @@ def joint_sentence(joint: Joint, parent: str, child: str) -> str:
         "fixed": "is fixed",
     }
     extra = []
+    if joint.mimic:
+        place = f"{exact(joint.mimic.multiplier)} times the position of {joint.mimic.joint}"
+        extra.append(f"at {place}" + (f" plus {exact(joint.mimic.offset)}" if joint.mimic.offset else ""))
     if joint.armature:
         extra.append(f"armature {exact(joint.armature)}")
     if joint.damping:
