@@ -136,7 +136,7 @@ EDITS: dict[str, tuple[str, str, str]] = {
                                "type: spherical, parent: ground, child: link1", "a spherical joint has no coordinate for a joint spring"),
     "frame on nothing": ("body: link2", "body: link7", "frames[0].body: there is no body 'link7'; did you mean 'link"),
     "unknown output": ("[mass_matrix,", "[mass_matrx,", ":23: outputs[0]: unknown output 'mass_matrx'; did you mean 'mass_matrix'?"),
-    "output not there yet": ("[mass_matrix,", "[regressor,", "outputs[0]: regressor is not available yet"),
+    "output not there yet": ("[mass_matrix,", "[closure,", "outputs[0]: closure is not available yet"),
     "output twice": ("[mass_matrix,", "[mass_matrix, mass_matrix,", "outputs[1]: the output 'mass_matrix' is asked for twice"),
     "frame output without frame": ("frame_pose:tool", "frame_pose", "frame_pose needs a frame: frame_pose:NAME"),
     "frame output, unknown frame": ("frame_pose:tool", "frame_pose:tol", "unknown frame 'tol' in frame_pose; did you mean 'tool'?"),
@@ -281,8 +281,8 @@ def test_a_file_without_permission(tmp_path: Path) -> None:
 
 def test_what_is_not_available_yet_is_said_to_be_so(tmp_path: Path) -> None:
     path = tmp_path / "bad.scene.yaml"
-    path.write_text(GOOD.replace("[mass_matrix,", "[momentum,"))
-    with pytest.raises(NotSupportedError, match="momentum is not available yet"):
+    path.write_text(GOOD.replace("[mass_matrix,", "[closure_jacobian,"))
+    with pytest.raises(NotSupportedError, match="closure_jacobian is not available yet"):
         load(path)
 
 
