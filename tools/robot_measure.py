@@ -186,8 +186,9 @@ def time_compiler(artifact: Artifact, seconds: float) -> float | None:
 
 def compare(scene: Scene, row: str, functions: Any, states: int) -> dict[str, Any]:
     """Worst difference to Pinocchio, with the criterion at that state."""
+    from symgen.validation.compare import CRITERION
     from symgen.validation.compare_products import KINDS, compare_products
-    from symgen.validation.compare_rows import CRITERION, STATES, base_rows, row_difference, states_of
+    from symgen.validation.compare_rows import STATES, base_rows, row_difference, states_of
     from symgen.validation.functions import bind
     from symgen.validation.pinocchio_model import build_pinocchio
     from symgen.validation.pinocchio_rows import PEER_ROWS
