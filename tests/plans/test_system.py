@@ -49,7 +49,19 @@ def test_closed_loops_are_shown_and_refused(form: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["nonsense", "frame_pose", "frame_pose:nowhere", "mass_matrix:b0", "regressor", "mass_matrix_inverse"]
+    "name",
+    [
+        "nonsense",
+        "frame_pose",
+        "frame_pose:nowhere",
+        "mass_matrix:b0",
+        "closure",
+        "jvp",
+        "jvp:nonsense",
+        "vjp:integrate",
+        "parameter_jacobian:mass_matrix",
+        "jvp:jvp:mass_matrix",
+    ],
 )
 def test_functions_that_are_not_there(name: str) -> None:
     with pytest.raises(SymgenError, match=name.partition(":")[0]):
