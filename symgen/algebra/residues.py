@@ -23,11 +23,7 @@ def inverses(x: Ints, p: Ints) -> Ints:
     """x⁻¹ mod p, entry by entry. Raises NotInField where x is 0."""
     if not np.all(x):
         raise NotInField("division by zero in GF(p)")
-    result, base, exponent = np.ones_like(x), x, p - 2
-    while np.any(exponent):
-        result = np.where(exponent & 1, result * base % p, result)
-        base, exponent = base * base % p, exponent >> 1
-    return result
+    return np.array([pow(a, -1, b) for a, b in zip(x.tolist(), p.tolist(), strict=True)], dtype=np.int64)
 
 
 class Residues:

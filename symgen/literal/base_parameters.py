@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -22,7 +22,7 @@ import numpy as np
 from symgen.algebra.field import MERSENNE_61, FieldNumbers, NotInField, Residue, is_prime, random_prime
 from symgen.algebra.linear import Mat, Vec, mul, total
 from symgen.algebra.numbers import State
-from symgen.algebra.residues import LARGEST, Ints, ResidueNumbers, Residues
+from symgen.algebra.residues import LARGEST, Ints, ResidueNumbers, Residues, inverses
 from symgen.errors import CertificateError
 from symgen.literal.equations import Literal
 from symgen.literal.regressor import PARAMETERS, TEN, inertial_parameters, regressor
@@ -72,22 +72,36 @@ def _find(scene: Scene, tree: Tree, natural: NaturalCoordinates) -> BaseParamete
     names = tuple(f"{body.name}.{name}" for body in tree.bodies for name in PARAMETERS)
     if not names:
         return BaseParameters((), (), ())
-    source = _Source(scene, tree, natural, len(names))
     primes = _primes()
-    first = source.matrices([next(primes)])
-    pivots = independent_columns(*first)
-    residues: list[tuple[int, Ints]] = []
-    batch = 4
-    while len(residues) < MOST_PRIMES:
-        for p, values in zip(*source.matrices([next(primes) for _ in range(batch)]), strict=True):
-            found = combination_of(values, pivots, p)
-            if found is not None:
-                residues.append((p, found))
-        batch = len(residues) or batch
-        rows = _rational(residues, pivots)
-        if rows is not None and source.holds(rows):
-            return BaseParameters(names, pivots, rows)
+    for points in (POINTS, 2 * POINTS, 4 * POINTS):
+        found = _attempt(_Source(scene, tree, natural, len(names), points), primes)
+        if found is not None:
+            return BaseParameters(names, tuple(next(iter(row)) for row in found), found)
     raise CertificateError(f"{scene.name}: the base parameters are no rational combinations that could be found")
+
+
+def _attempt(source: _Source, primes: Iterator[int]) -> tuple[Mapping[int, Fraction], ...] | None:
+    """K by rows, verified; None where the points of the first prime were too few or unlucky."""
+    (first,), (p,) = source.matrices([next(primes)])
+    reduced = first.copy()
+    pivots = echelon(reduced, int(p), range(source.columns))
+    blocks = _blocks(first, reduced[: len(pivots)], pivots, int(p))
+    residues: list[list[Ints]] = [[] for _ in blocks]
+    used, batch = np.zeros(0, dtype=np.int64), 4
+    while len(used) < MOST_PRIMES:
+        matrices, p = source.matrices([next(primes) for _ in range(batch)])
+        try:
+            found = [solved(block.cut(matrices), p) for block in blocks]
+        except NotInField:
+            return None
+        for known, values in zip(residues, found, strict=True):
+            known.append(values)
+        used = np.concatenate([used, p])
+        batch = len(used)
+        rows = _rational(blocks, [np.concatenate(values) for values in residues], used, pivots)
+        if rows is not None:
+            return rows if source.holds(rows) else None
+    return None
 
 
 # --- columns of Y in prime fields -----------------------------------------------------------------------------------
@@ -99,6 +113,7 @@ class _Source:
     tree: Tree
     natural: NaturalCoordinates
     columns: int
+    points: int
 
     def literal(self, numbers: Any, state: State) -> Literal:
         return Literal(self.tree, self.natural, Values(self.scene, numbers, state.p), state)
@@ -108,21 +123,25 @@ class _Source:
         q, v, a, p = ([draw() for _ in range(n)] for n in sizes)
         return State(q=q, v=v, a=a, p=p)
 
-    def matrices(self, primes: Sequence[int]) -> tuple[list[int], list[Ints]]:
-        """Y at `POINTS` random points of every prime, stacked: (primes, matrices of POINTS · nv rows)."""
-        p = np.repeat(np.array(primes, dtype=np.int64), POINTS)
+    def matrices(self, primes: Sequence[int]) -> tuple[Ints, Ints]:
+        """Y at random points of every prime, stacked (primes, points · nv, columns), and the primes."""
+        p = np.repeat(np.array(primes, dtype=np.int64), self.points)
         rng = np.random.default_rng(primes[0])
-        numbers = ResidueNumbers(p, primes[0])
-        state = self.state(lambda: Residues(rng.integers(1, p), p))
-        y = regressor(self.literal(numbers, state))
-        stacked = np.zeros((len(primes), POINTS, len(y), self.columns), dtype=np.int64)
+        while True:
+            numbers = ResidueNumbers(p, int(rng.integers(2**60)))
+            try:
+                y = regressor(self.literal(numbers, self.state(lambda: Residues(rng.integers(1, p), p))))
+                break
+            except NotInField:
+                continue  # other points
+        stacked = np.zeros((len(primes), self.points, len(y), self.columns), dtype=np.int64)
         for i, row in enumerate(y):
             for j, entry in enumerate(row):
                 if isinstance(entry, Residues):
-                    stacked[:, :, i, j] = entry.x.reshape(len(primes), POINTS)
+                    stacked[:, :, i, j] = entry.x.reshape(len(primes), self.points)
                 elif entry:
-                    stacked[:, :, i, j] = numbers.const(Fraction(entry)).x.reshape(len(primes), POINTS)
-        return list(primes), list(stacked.reshape(len(primes), -1, self.columns))
+                    stacked[:, :, i, j] = numbers.const(Fraction(entry)).x.reshape(len(primes), self.points)
+        return stacked.reshape(len(primes), -1, self.columns), np.array(primes, dtype=np.int64)
 
     def holds(self, rows: Sequence[Mapping[int, Fraction]]) -> bool:
         """Whether Y = Yb K at fresh points of two large fields."""
@@ -155,15 +174,11 @@ def _primes() -> Iterator[int]:
     return (p for p in range(LARGEST, 2, -2) if is_prime(p))
 
 
-def independent_columns(primes: Sequence[int], matrices: Sequence[Ints]) -> tuple[int, ...]:
-    """The columns that are independent of those before them."""
-    (p,), (matrix,) = primes, matrices
-    return tuple(_echelon(matrix.copy(), p, range(matrix.shape[1])))
-
-
-def _echelon(m: Ints, p: int, columns: Sequence[int]) -> list[int]:
-    """Reduce ``m`` in place to row echelon form, fully reduced in the pivots' columns; the pivots."""
+def echelon(m: Ints, p: int, columns: Iterable[int], rows: list[int] | None = None) -> list[int]:
+    """Reduce ``m`` in place to row echelon form, fully reduced in the pivots' columns; the columns that are independent
+    of those before them. ``rows`` takes the rows that the pivots were found in."""
     found: list[int] = []
+    order = list(range(len(m)))
     for column in columns:
         row = len(found)
         candidates = np.nonzero(m[row:, column])[0]
@@ -171,6 +186,7 @@ def _echelon(m: Ints, p: int, columns: Sequence[int]) -> list[int]:
             continue
         pick = row + int(candidates[0])
         m[[row, pick]] = m[[pick, row]]
+        order[row], order[pick] = order[pick], order[row]
         m[row] = m[row] * pow(int(m[row, column]), -1, p) % p
         others = np.nonzero(m[:, column])[0]
         others = others[others != row]
@@ -178,41 +194,77 @@ def _echelon(m: Ints, p: int, columns: Sequence[int]) -> list[int]:
         found.append(column)
         if len(found) == len(m):
             break
+    if rows is not None:
+        rows[:] = order[: len(found)]
     return found
 
 
-def combination_of(matrix: Ints, pivots: Sequence[int], p: int) -> Ints | None:
-    """K (nbase × columns) modulo p, or None where these pivots are not independent at this prime's points."""
-    m = matrix.copy()
-    found = _echelon(m, p, pivots)
-    return m[: len(pivots)] if found == list(pivots) else None
+@dataclass(frozen=True)
+class Block:
+    """Dependent columns of one body, and the few independent columns that they are combinations of."""
+
+    rows: tuple[int, ...]
+    """Rows of Y that determine the combinations, in an order that needs no pivoting."""
+    support: tuple[int, ...]
+    dependent: tuple[int, ...]
+
+    def cut(self, matrices: Ints) -> Ints:
+        return matrices[:, self.rows][:, :, (*self.support, *self.dependent)]
+
+
+def _blocks(first: Ints, combinations: Ints, pivots: Sequence[int], p: int) -> list[Block]:
+    """What to solve for K, from K modulo the first prime."""
+    kept, found = set(pivots), []
+    for start in range(0, combinations.shape[1], TEN):
+        dependent = [k for k in range(start, start + TEN) if k not in kept and np.any(combinations[:, k])]
+        places = np.nonzero(np.any(combinations[:, dependent], axis=1))[0]
+        support = [pivots[i] for i in places.tolist()]
+        if dependent:
+            rows: list[int] = []
+            echelon(first[:, support].copy(), p, range(len(support)), rows)
+            found.append(Block(tuple(rows), tuple(support), tuple(dependent)))
+    return found
+
+
+def solved(m: Ints, p: Ints) -> Ints:
+    """X (primes, n, k) with A X = B for m = [A B] (primes, n, n + k). Raises NotInField where a pivot is 0."""
+    n = m.shape[1]
+    modulus = p[:, None, None]
+    for k in range(n):
+        row = m[:, k] * inverses(m[:, k, k], p)[:, None] % p[:, None]
+        factor = m[:, :, k].copy()
+        factor[:, k] = 0
+        m = (m - factor[:, :, None] * row[:, None, :]) % modulus
+        m[:, k] = row
+    return m[:, :, n:]
 
 
 # --- rational numbers from residues -----------------------------------------------------------------------------------
 
 
-def _rational(residues: Sequence[tuple[int, Ints]], pivots: Sequence[int]) -> tuple[Mapping[int, Fraction], ...] | None:
+def _rational(
+    blocks: Sequence[Block], residues: Sequence[Ints], primes: Ints, pivots: Sequence[int]
+) -> tuple[Mapping[int, Fraction], ...] | None:
     """K from its residues, or None where they are too few: the last prime is kept to tell."""
-    (*used, last) = residues
-    if not used:
-        return None
-    support = np.any([values != 0 for _, values in residues], axis=0)
-    modulus = math.prod(p for p, _ in used)
-    weights = [modulus // p * pow(modulus // p, -1, p) for p, _ in used]
+    *used, last = primes.tolist()
+    modulus = math.prod(used)
+    weights = [modulus // p * pow(modulus // p, -1, p) for p in used]
     known: dict[tuple[int, ...], Fraction | None] = {}
-    rows: list[dict[int, Fraction]] = []
-    for i, pivot in enumerate(pivots):
-        row = {pivot: Fraction(1)}
-        for k in np.nonzero(support[i])[0].tolist():
-            key = tuple(int(values[i, k]) for _, values in used)
-            if key not in known:
-                known[key] = reconstruct(sum(w * x for w, x in zip(weights, key, strict=True)) % modulus, modulus)
-            value = known[key]
-            if value is None or (value.numerator - int(last[1][i, k]) * value.denominator) % last[0]:
-                return None
-            row[k] = value
-        rows.append(row)
-    return tuple(rows)
+    rows: dict[int, dict[int, Fraction]] = {pivot: {pivot: Fraction(1)} for pivot in pivots}
+    for block, values in zip(blocks, residues, strict=True):
+        for i, pivot in enumerate(block.support):
+            for j, column in enumerate(block.dependent):
+                *key, check = values[:, i, j].tolist()
+                if not any(key) and not check:
+                    continue
+                if tuple(key) not in known:
+                    number = sum(w * x for w, x in zip(weights, key, strict=True)) % modulus
+                    known[tuple(key)] = reconstruct(number, modulus)
+                value = known[tuple(key)]
+                if value is None or (value.numerator - check * value.denominator) % last:
+                    return None
+                rows[pivot][column] = value
+    return tuple(rows[pivot] for pivot in pivots)
 
 
 def reconstruct(x: int, modulus: int) -> Fraction | None:
