@@ -103,7 +103,7 @@ outputs_option = click.option(
 def cli() -> None:
     """Equations of motion of a multibody system, as certified C and CasADi functions.
 
-    SCENE is a *.scene.yaml or a URDF file.
+    SCENE is a *.scene.yaml, a URDF or an MJCF file.
     """
 
 

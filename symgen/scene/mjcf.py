@@ -226,7 +226,7 @@ class _Reader:
         linear = held.pop("linear joint equality", 0)
         counted = [f"{count} {what}" for what, count in sorted(held.items())]
         if counted:
-            advice = f" ({linear} of the constraints couple joints linearly: a scene can say so with mimic)"
+            advice = f" (linear couplings of joints among the constraints: {linear}; a scene can have them as mimic)"
             yield "not modelled: " + ", ".join(counted) + (advice if linear else "")
         shifted = [
             f"{clean(name)!r} ({float(joint.reference):g})"

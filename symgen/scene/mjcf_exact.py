@@ -27,6 +27,9 @@ FINE = Fraction(1, 10**13)
 
 SAME = Fraction(1, 10**9)
 
+SMALLEST_SCALAR = 0.1
+"""Of the rest's quaternion: half turns about an axis are another quarter turn's smaller rests."""
+
 
 def _quarter_turns() -> tuple[tuple[Quaternion, Matrix3], ...]:
     """The 24 rotations that are signed permutations: integer quaternions with one, two or four entries ±1."""
@@ -62,22 +65,26 @@ def exact_turn(quaternion: Sequence[Fraction], snap: Fraction) -> Turn:
     """
     w, x, y, z = quaternion
     raw = _floats(rotation_from_quaternion(w, x, y, z))
-    best, near = 1, 0.0
+    best, near = 0, 0.0
     chosen: tuple[Quaternion, Matrix3] | None = None
-    kept: tuple[float, ...] = ()
+    dropped: tuple[float, ...] = ()
     for turn, matrix in QUARTER_TURNS:
         rest = _rest(turn, (w, x, y, z))
-        sizes = _sizes(rest)
-        zeros = sum(size <= float(snap) / 4 for size in sizes)
-        if zeros > best and sizes[0] > 0.1:
-            best, chosen, kept = zeros, (rest, matrix), sizes
-        if sizes[0] > 0.9 and max(sizes[1:]) <= float(NEAR_MISS) / 4:
-            near = _angle(sizes[1:])
+        scalar, *axis = _sizes(rest)
+        axis.sort()
+        if scalar < SMALLEST_SCALAR:
+            continue
+        small = axis if _angle(axis) <= snap else axis[:2] if _angle(axis[:2]) <= snap else []
+        if len(small) > best:
+            best, chosen, dropped = len(small), (rest, matrix), tuple(small)
+        if _angle(axis) <= NEAR_MISS:
+            near = _angle(axis)
     if chosen is None:
         return Turn(rotation_from_quaternion(w, x, y, z), raw, 0.0, near)
-    a, b, c, d = (part if size > float(snap) / 4 else Fraction(0) for part, size in zip(chosen[0], kept, strict=True))
-    changed = _angle([size for size in kept if size <= float(snap) / 4])
-    return Turn(matmul(chosen[1], rotation_from_quaternion(a, b, c, d)), raw, changed, 0.0 if best == 3 else near)
+    rest, matrix = chosen
+    a, b, c, d = (part if size > max(dropped) else Fraction(0) for part, size in zip(rest, _sizes(rest), strict=True))
+    exact = matmul(matrix, rotation_from_quaternion(a, b, c, d))
+    return Turn(exact, raw, _angle(dropped), 0.0 if best == 3 else near)
 
 
 def _rest(turn: Quaternion, q: Quaternion) -> Quaternion:

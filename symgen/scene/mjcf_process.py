@@ -19,10 +19,15 @@ from symgen.scene.document import clean
 from symgen.scene.exact import check_range
 
 SECONDS = 60
-"""How long MuJoCo's reader may take for one file."""
+"""CPU time that MuJoCo's reader may take for one file."""
+
+GRACE = 30
+"""More seconds on the clock, when others work too."""
 
 INSTALL = "pip install 'symgen[mjcf]'"
 MAX_BODIES = 2000
+
+CHILD = Path(__file__).with_name("mjcf_child.py")
 
 Numbers = tuple[Fraction, ...]
 
@@ -94,9 +99,8 @@ def compile_mjcf(path: Path, file: str, seconds: int = SECONDS) -> Compiled:
         raise ToolError(f"{file}: MJCF files are read with MuJoCo, which is not installed: {INSTALL}")
     with tempfile.TemporaryDirectory(prefix="symgen-mjcf-") as folder:
         result = Path(folder) / "result.json"
-        child = str(Path(__file__).with_name("mjcf_child.py"))
         # -P: this folder holds modules that are called like the standard library's.
-        command = [sys.executable, "-P", "-W", "ignore", child, str(path.absolute()), str(result), str(seconds)]
+        command = [sys.executable, "-P", "-W", "ignore", str(CHILD), str(path.absolute()), str(result), str(seconds)]
         # MuJoCo writes its log where it runs: in the folder that goes away.
         said = _run(command, folder, file, seconds)
         if not result.exists():
@@ -115,9 +119,14 @@ def _run(command: list[str], folder: str, file: str, seconds: int) -> str:
     environment = {**os.environ, "PYTHONPATH": path, "OMP_NUM_THREADS": "1"}
     try:
         done = subprocess.run(
-            command, cwd=folder, env=environment, capture_output=True, stdin=subprocess.DEVNULL, timeout=seconds + 5,
+            command,
+            cwd=folder,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=seconds + GRACE,
             check=False,
-        )  # fmt: skip
+        )
     except subprocess.TimeoutExpired:
         raise SceneError(f"MuJoCo's reader is not done with it after {seconds} s", file) from None
     except OSError as error:
