@@ -105,16 +105,16 @@ def _scenes(size: int) -> dict[str, str]:
 
 def _mujoco(size: int) -> dict[str, str]:
     return {
-        "nothing.mjcf": "<mujoco/>",
-        "laughs.mjcf": _laughs().replace("robot", "mujoco"),
-        "include.mjcf": '<mujoco><include file="/etc/passwd"/></mujoco>',
-        "self.mjcf": '<mujoco><include file="self.mjcf"/></mujoco>',
-        "deep.mjcf": "<mujoco><worldbody>" + "<body>" * (size // 6),
-        "bodies.mjcf": "<mujoco><worldbody>" + "<body/>" * (size // 7) + "</worldbody></mujoco>",
-        "huge.mjcf": '<mujoco><size memory="1000T"/><worldbody><body><freejoint/></body></worldbody></mujoco>',
-        "name.mjcf": f'<mujoco model="{"m" * size}"><worldbody/></mujoco>',
-        "replicate.mjcf": '<mujoco><worldbody><replicate count="1000000000"><body><geom size="1"/></body></replicate></worldbody></mujoco>',
-        "composite.mjcf": '<mujoco><worldbody><body><composite type="cable" count="100000000 1 1"/></body></worldbody></mujoco>',
-        "mesh.mjcf": '<mujoco><asset><mesh file="/dev/zero"/></asset><worldbody/></mujoco>',
-        "plugin.mjcf": '<mujoco><extension><plugin plugin="x"/></extension><worldbody/></mujoco>',
+        "nothing.xml": "<mujoco/>",
+        "laughs.xml": _laughs().replace("robot", "mujoco"),
+        "include.xml": '<mujoco><include file="/etc/passwd"/></mujoco>',
+        "self.xml": '<mujoco><include file="self.xml"/></mujoco>',
+        "deep.xml": "<mujoco><worldbody>" + "<body>" * (size // 6),
+        "bodies.xml": "<mujoco><worldbody>" + "<body/>" * (size // 7) + "</worldbody></mujoco>",
+        "huge.xml": '<mujoco><size memory="1000T"/><worldbody><body><freejoint/></body></worldbody></mujoco>',
+        "name.xml": f'<mujoco model="{"m" * size}"><worldbody/></mujoco>',
+        "replicate.xml": '<mujoco><worldbody><replicate count="1000000000"><body><geom size="1"/></body></replicate></worldbody></mujoco>',
+        "composite.xml": '<mujoco><worldbody><body><composite type="cable" count="100000000 1 1"/></body></worldbody></mujoco>',
+        "mesh.xml": '<mujoco><asset><mesh file="/dev/zero"/></asset><worldbody/></mujoco>',
+        "plugin.xml": '<mujoco><extension><plugin plugin="x"/></extension><worldbody/></mujoco>',
     }  # fmt: skip

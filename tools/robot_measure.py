@@ -155,7 +155,8 @@ def compile_and_compare(scene: Scene, row: str, folder: Path, limits: Limits) ->
             continue
         record[f"compile_{level[1:]}_s"] = compiler_time() - begun
         break
-    record["compile_O3_s"] = time_compiler(artifact, limits.compile)
+    if "compile_O2_s" in record:
+        record["compile_O3_s"] = time_compiler(artifact, limits.compile)
     if functions is not None:
         with limit(limits.function):
             record |= compare(scene, row, functions, limits.states)

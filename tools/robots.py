@@ -170,6 +170,18 @@ def write(out: Path, name: str, robots: list[Record]) -> None:
     (out / f"{name}.md").write_text(markdown(robots), encoding="utf-8")
 
 
+def earlier(path: Path) -> list[Record]:
+    """What an earlier run left."""
+    found = json.loads(path.read_text(encoding="utf-8")) if path.exists() else []
+    return found if isinstance(found, list) else []
+
+
+def in_order(robots: list[Record]) -> list[Record]:
+    """As the list has them, others by their size."""
+    places = {robot.name: k for k, robot in enumerate(ROBOTS)}
+    return sorted(robots, key=lambda robot: (places.get(robot["robot"], len(places)), robot.get("nv", 0)))
+
+
 def chosen(names: list[str]) -> list[Robot]:
     """Robots by name, and files (`FILE` or `floating:FILE`) as robots of their own."""
     known = {robot.name: robot for robot in ROBOTS}
@@ -197,6 +209,9 @@ def main() -> int:
         "--function-limit", type=float, default=120, help="CPU seconds to make, or to compare, a function"
     )
     parser.add_argument("--compile-limit", type=float, default=60, help="CPU seconds for one run of the compiler")
+    parser.add_argument(
+        "--add", action="store_true", help="keep the robots of an earlier run that are not measured now"
+    )
     parser.add_argument("--states", type=int, default=10)
     parser.add_argument("--scaling", action="store_true", help="random trees instead of robots")
     arguments = parser.parse_args()
@@ -209,10 +224,14 @@ def main() -> int:
     else:
         options += [f"--outputs={arguments.outputs}"]
         subjects = chosen(arguments.robots) or list(ROBOTS)
-    with ThreadPoolExecutor(arguments.jobs) as pool:
-        found = list(pool.map(lambda robot: measure_robot(robot, options, arguments.limit), subjects))
     name = "scaling" if arguments.scaling else "robots"
-    write(arguments.out, name, found)
+    kept = earlier(arguments.out / f"{name}.json") if arguments.add else []
+    found: list[Record] = []
+    with ThreadPoolExecutor(arguments.jobs) as pool:
+        for record in pool.map(lambda robot: measure_robot(robot, options, arguments.limit), subjects):
+            found.append(record)
+            kept = [robot for robot in kept if robot["robot"] != record["robot"]] + [record]
+            write(arguments.out, name, in_order(kept))
     print(f"{arguments.out / name}.md, .csv, .json")
     return 1 if any(robot["error"] or any("error" in f for f in robot["functions"]) for robot in found) else 0
 

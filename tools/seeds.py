@@ -90,5 +90,5 @@ MUJOCO = """\
 </mujoco>
 """
 
-SEEDS = {"good.scene.yaml": SCENE, "good.urdf": MODEL, "good.mjcf": MUJOCO}
+SEEDS = {"good.scene.yaml": SCENE, "good.urdf": MODEL, "good.xml": MUJOCO}
 """By file name."""
