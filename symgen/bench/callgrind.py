@@ -10,6 +10,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from symgen.errors import ToolError
 
 FLAGS = ("-O3", "-ffp-contract=fast", "-fno-math-errno")
@@ -21,7 +23,7 @@ def available() -> bool:
 
 
 def _array(values: Sequence[float]) -> str:
-    return "{" + ", ".join(float(x).hex() for x in values) + "}"
+    return "{" + ", ".join(float(x).hex() for x in np.ravel(values)) + "}"
 
 
 def _call(function: Mapping[str, Any], states: Sequence[Mapping[str, Any]]) -> list[str]:

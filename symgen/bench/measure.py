@@ -20,6 +20,7 @@ from symgen.bench import callgrind
 from symgen.bench.multiprecision import exact_outputs, relative_error
 from symgen.bench.peers import OVERHEAD_NOTE, pinocchio_calls
 from symgen.bench.result import EMPTY_CALL, BenchResult, FunctionRow, PeerRow
+from symgen.catalogue import STATE_INPUTS, input_ports
 from symgen.errors import ToolError
 from symgen.program.instructions import Program, count
 from symgen.scene.model import Scene
@@ -49,8 +50,15 @@ def sample_states(scene: Scene, system: System, n: int, seed: int = 1) -> list[d
     for _ in range(n):
         q, v = random_state(mechanism, rng)
         a, tau = rng.uniform(-5, 5, (2, system.tree.nv))
-        states.append({"q": q, "v": v, "a": a, "tau": tau, "dt": 1e-3, "p": p})
+        further = {name: rng.uniform(-1, 1, shape) for name, shape in further_inputs(system).items()}
+        states.append({"q": q, "v": v, "a": a, "tau": tau, "dt": 1e-3, "p": p, **further})
     return states
+
+
+def further_inputs(system: System) -> dict[str, tuple[int, ...]]:
+    """Directions and weights that products among the outputs take, with their shapes."""
+    ports = [port for output in system.outputs for port in input_ports(output.of, system.sizes)]
+    return {port.name: port.shape for port in ports if port.name not in (*STATE_INPUTS, "p")}
 
 
 def derive_programs(scene: Scene) -> tuple[System, dict[str, Program], dict[str, float]]:
@@ -72,7 +80,7 @@ def batch_calls(
 ) -> dict[str, Callable[[], Any]]:
     """Function → a call over all states at once; functions without a state input have none."""
     columns: dict[str, NDArray[np.float64] | float] = {
-        key: np.ascontiguousarray([state[key] for state in states]) for key in ("q", "v", "a", "tau")
+        key: np.ascontiguousarray([state[key] for state in states]) for key in states[0] if key not in ("dt", "p")
     }
     columns |= {"dt": states[0]["dt"], "p": states[0]["p"]}
     calls: dict[str, Callable[[], Any]] = {}
@@ -104,7 +112,7 @@ def largest_error(program: Program, loaded: Any, states: Sequence[Mapping[str, A
         arguments = [state[port.name] for port in program.inputs]
         computed = getattr(loaded, program.name)(*arguments)
         outputs = computed if isinstance(computed, tuple) else (computed,)
-        exact = exact_outputs(program, {p.name: np.atleast_1d(state[p.name]).tolist() for p in program.inputs})
+        exact = exact_outputs(program, {p.name: np.ravel(state[p.name]).tolist() for p in program.inputs})
         for port, array in zip(program.outputs, outputs, strict=True):
             worst = max(worst, relative_error(np.ravel(array).tolist(), exact[port.name]))
     return worst

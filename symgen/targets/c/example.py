@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from math import prod
 
 from symgen.program.instructions import Port, Program
 from symgen.targets.c.info import Info
@@ -74,7 +75,7 @@ def example_file(
                         "name": port.name,
                         "variable": variable,
                         "size": port.size,
-                        "rows": port.shape[0] if len(port.shape) == 2 else 1,
+                        "rows": prod(port.shape[:-1]),
                         "columns": port.shape[-1] if port.shape else 1,
                     }
                     for port, variable in zip(program.outputs, variables(program), strict=True)

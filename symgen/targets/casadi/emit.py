@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from math import prod
 from typing import Any
 
 import casadi
@@ -32,13 +33,19 @@ def casadi_names(ports: Sequence[Port]) -> list[str]:
 
 
 def matrix_shape(port: Port) -> tuple[int, int]:
-    """Rows and columns of a port: in CasADi everything is a matrix."""
-    rows, columns = (*port.shape, 1, 1)[:2]
-    return rows, columns
+    """Rows and columns of a port: in CasADi everything is a matrix, further dimensions lie side by side."""
+    rows = port.shape[0] if port.shape else 1
+    return rows, prod(port.shape[1:])
 
 
 def _symbol(port: Port) -> Any:
     return casadi.SX.sym(port.name, *matrix_shape(port))
+
+
+def _entries(symbol: Any) -> list[Any]:
+    """Row-major entries."""
+    rows, columns = symbol.shape
+    return [symbol[i, j] for i in range(rows) for j in range(columns)]
 
 
 def _matrix(port: Port, entries: tuple[Any, ...]) -> Any:
@@ -71,7 +78,7 @@ def casadi_function(program: Program) -> casadi.Function:
     Raises NotSupportedError for a constant that a double cannot hold.
     """
     symbols = {port.name: _symbol(port) for port in program.inputs}
-    flat = {name: [symbol[i] for i in range(symbol.numel())] for name, symbol in symbols.items()}
+    flat = {name: _entries(symbol) for name, symbol in symbols.items()}
     with _as_written():
         results = evaluate(program, CasadiNumbers(), flat)
     outputs = [_matrix(port, results[port.name]) for port in program.outputs]
