@@ -3,7 +3,7 @@
 ``python tools/mjcf_models.py [PATH | PACKAGE …]``: MJCF files, folders, or installed packages that ship some
 (``dm_control``, ``gymnasium``, …). Prints one row per model: nq, nv, the worst relative difference of the mass matrix
 and of the bias force (springs and dampers included; ‖x − x̂‖∞/‖x̂‖∞ over states), seconds, and what was left out or why
-it failed. Models that say the same are shown once. ``--json FILE`` writes the rows.
+it failed (``no``: MuJoCo alone does not load it either). Models that say the same are shown once. ``--json FILE`` writes the rows.
 
 Every model is read in a process of its own with a time limit. Both sides leave out what symgen does not model: MuJoCo's
 tendon springs, gravity compensation, fluids and nonlinear joint forces are switched off in the comparison.
@@ -43,8 +43,8 @@ STATES = 5
 SNAP = Fraction(1, 10**13)
 """rad: only rounding is snapped, so that the file's own numbers are compared."""
 
-FRAGMENT = "no joint can move"
-"""What symgen says of a part to be included, or of furniture."""
+PARTS = ("no joint can move", "is a part that an MJCF model includes")
+"""What symgen says of furniture, and of parts to be included."""
 
 
 def models(arguments: list[str]) -> Iterator[Path]:
@@ -173,7 +173,18 @@ def one(path: Path) -> dict[str, Any]:
     try:
         return measure(path)
     except SymgenError as error:
-        return {"error": str(error)}
+        return {"error": str(error), "mujoco": refusal(path)}
+
+
+def refusal(path: Path) -> str:
+    """Why MuJoCo alone does not load the file; empty when it does."""
+    import mujoco
+
+    try:
+        mujoco.MjModel.from_xml_path(str(path))
+    except ValueError as error:
+        return " ".join(str(error).split())
+    return ""
 
 
 # -- many --------------------------------------------------------------------------------------------------------------
@@ -200,7 +211,9 @@ def apart(path: Path, seconds: int) -> dict[str, Any]:
 
 def verdict(row: dict[str, Any]) -> str:
     if "error" in row:
-        return "part" if FRAGMENT in row["error"] else "FAIL"
+        if any(words in row["error"] for words in PARTS):
+            return "part"
+        return "no" if row.get("mujoco") else "FAIL"
     return "ok" if max(row["mass_matrix"], row["bias_force"]) <= CRITERION else "DIFF"
 
 
@@ -243,11 +256,14 @@ def main() -> None:
                 print(line(path, row, width), flush=True)
     if arguments.json:
         Path(arguments.json).write_text(json.dumps(rows, indent=1) + "\n")
-    said = {"ok": "agree", "DIFF": "differ", "FAIL": "fail", "same": "say the same as another", "part": "cannot move"}
+    said = {
+        "ok": "agree", "DIFF": "differ", "FAIL": "fail", "no": "refused by MuJoCo too",
+        "same": "say the same as another", "part": "are parts or cannot move",
+    }  # fmt: skip
     print(", ".join(f"{count} {said[state]}" for state, count in tally.items()))
     worst = [max(row["mass_matrix"], row["bias_force"]) for row in rows if row["verdict"] == "ok"]
     print(f"worst difference of those that agree: {max(worst, default=math.nan):.1e}")
-    sys.exit(1 if tally["DIFF"] else 0)
+    sys.exit(1 if tally["DIFF"] or tally["FAIL"] else 0)
 
 
 if __name__ == "__main__":
