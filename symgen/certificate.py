@@ -47,6 +47,8 @@ class Candidate:
 
     what: str
     evaluate: Callable[[FieldNumbers, Inputs], Outputs]
+    emitted: bool = True
+    """False for another derivation of the same function, which is held to the definition beside what is emitted."""
 
 
 @dataclass(frozen=True)
@@ -193,8 +195,9 @@ class Certifier:
                 break
         if probability > ENOUGH:
             raise CertificateError(f"{output.name}: too large to be certain of (degree {degree:.1e})")
-        held = ", ".join(candidate.what for candidate in candidates)
-        method = f"identity in GF(p), p = 2^61 - 1 and random 61-bit primes, of what was emitted ({held})"
+        held = ", ".join(candidate.what for candidate in candidates if candidate.emitted)
+        beside = "".join(f" and of {candidate.what}" for candidate in candidates if not candidate.emitted)
+        method = f"identity in GF(p), p = 2^61 - 1 and random 61-bit primes, of what was emitted ({held}){beside}"
         rows = [split_row(row)[0] for row in output.of]
         against = dict.fromkeys(CHECKS[row][0] if row in CHECKS else f"literal {row}" for row in rows)
         return Certificate(method + assumption, "; ".join(against), points, float(f"{probability:.1e}"))

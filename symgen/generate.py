@@ -157,6 +157,8 @@ def _certify(
         remarks = _remarks(text, certifier.system)
     if function is not None:
         candidates.append(_casadi_candidate(function, program))
+    for other in certifier.system.others(output.name):
+        candidates.append(_program_candidate(other))
     certificate = certifier.certify(output, program, candidates)
     return Certificate(
         certificate.method + remarks,
@@ -187,6 +189,16 @@ def _casadi_candidate(function: casadi.Function, program: Program) -> Candidate:
         return evaluate_mod(function, program, numbers, inputs, instructions)
 
     return Candidate("CasADi", evaluate)
+
+
+def _program_candidate(program: Program) -> Candidate:
+    """A program as it stands: another derivation of the same function."""
+
+    def evaluate(numbers: FieldNumbers, inputs: Mapping[str, Sequence[int]]) -> Mapping[str, Sequence[int]]:
+        values = evaluate_residues(program, numbers, inputs)
+        return {port.name: [values[i] for i in row] for port, row in zip(program.outputs, program.results, strict=True)}
+
+    return Candidate(f"its {program.plan} plan", evaluate, emitted=False)
 
 
 def _remarks(text: ReadFunction, system: System) -> str:

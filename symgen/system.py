@@ -17,7 +17,7 @@ from symgen.literal.base_parameters import BaseParameters, base_parameters
 from symgen.literal.equations import Literal
 from symgen.natural.coordinates import choose_coordinates
 from symgen.natural.layout import NaturalCoordinates
-from symgen.plans.choose import PlanChoice, choose
+from symgen.plans.choose import Choice, PlanChoice, choose
 from symgen.plans.walk import Lowered, lowered
 from symgen.program.instructions import Program
 from symgen.scene.load import load
@@ -38,9 +38,7 @@ class System:
     scene: Scene
     tree: Tree
     natural: NaturalCoordinates
-    _chosen: dict[tuple[Output, bool], tuple[Program, tuple[PlanChoice, ...]]] = field(
-        default_factory=dict, repr=False, compare=False
-    )
+    _chosen: dict[tuple[Output, bool], Choice] = field(default_factory=dict, repr=False, compare=False)
 
     def __repr__(self) -> str:
         sizes = f"nq = {self.tree.nq}, nv = {self.tree.nv}, nn = {self.natural.nn}, nc = {self.natural.nc}"
@@ -88,7 +86,7 @@ class System:
         check_row(name, tuple(self.tree.frames), self.scene.source or self.scene.name)
         return Output(name, (name,))
 
-    def _choose(self, name: str, every: bool) -> tuple[Program, tuple[PlanChoice, ...]]:
+    def _choose(self, name: str, every: bool) -> Choice:
         self.require_tree()
         key = (self.output(name), every)
         self._require_constraints(key[0])
@@ -126,11 +124,15 @@ class System:
 
     def program(self, name: str) -> Program:
         """The exact program of a function, by its cheapest plan."""
-        return self._choose(name, False)[0]
+        return self._choose(name, False).program
+
+    def others(self, name: str) -> tuple[Program, ...]:
+        """Programs of a function by another derivation, where one was weighed."""
+        return self._choose(name, False).others
 
     def plans(self, name: str, every: bool = True) -> tuple[PlanChoice, ...]:
         """What was weighed for a function: plans, counts, which was taken, and why."""
-        return self._choose(name, every)[1]
+        return self._choose(name, every).weighed
 
     def literal(self, numbers: Numbers, state: State) -> Literal:
         """The literal definition of every row at a state, in any number type."""

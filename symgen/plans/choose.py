@@ -33,6 +33,16 @@ class PlanChoice:
     why: str
 
 
+@dataclass(frozen=True)
+class Choice:
+    """The program of a function, what was weighed, and the programs of other derivations of the same derivatives:
+    they are certified with it, each against the literal form and so against one another."""
+
+    program: Program
+    weighed: tuple[PlanChoice, ...]
+    others: tuple[Program, ...] = ()
+
+
 def cost(counts: Counts) -> int:
     """Operations weighted by what they take."""
     return counts.add + counts.mul + DIVISION_COST * (counts.div + counts.sqrt)
@@ -50,9 +60,7 @@ def factor_lower_bound(tree: Tree) -> int:
     return total
 
 
-def choose(
-    lowered: Lowered, natural: NaturalCoordinates, output: Output, every: bool = False
-) -> tuple[Program, tuple[PlanChoice, ...]]:
+def choose(lowered: Lowered, natural: NaturalCoordinates, output: Output, every: bool = False) -> Choice:
     """The program of a function by its cheapest family, and what was weighed.
 
     ``every`` counts also those families that are not weighed, where that is affordable; it changes no choice.
@@ -68,7 +76,9 @@ def choose(
             programs[family] = build(lowered, natural, output, family)
     weighed = [family for family in families if family not in passed]
     best = min(weighed, key=lambda family: (cost(count(programs[family])), FAMILIES.index(family)))
-    return programs[best], tuple(_choice(output, family, best, programs, passed) for family in families)
+    others = [programs[family] for family in weighed if family.differentiated != best.differentiated]
+    rows = tuple(_choice(output, family, best, programs, passed) for family in families)
+    return Choice(programs[best], rows, tuple(others[:1]))
 
 
 def _reason_to_skip(family: Family, lowered: Lowered, output: Output, programs: dict[Family, Program]) -> str:
