@@ -64,5 +64,5 @@ def test_closed_loops_are_shown_and_refused(form: str) -> None:
     ],
 )
 def test_functions_that_are_not_there(name: str) -> None:
-    with pytest.raises(SymgenError, match=name.partition(":")[0]):
+    with pytest.raises(SymgenError, match=name.replace(":", "|")):
         derive(lifts(F(1))).program(name)
