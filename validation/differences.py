@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from symgen.scene.model import Spring
 from symgen.validation.compare import norm, sample_states
 from symgen.validation.functions import Bound
 from symgen.validation.mechanism import Array, Mechanism, position_rate
@@ -20,6 +21,8 @@ DIFFERENCE = 1e-9
 """Criterion of finite differences, relative to the quantity or 1: their own accuracy is about 1e-11."""
 ROUNDING = 1e-12
 """Criterion of identities."""
+FORCES = 1e-10
+"""Criterion of the identity of constraint forces, which are solved for."""
 
 Checker = Callable[["Context"], Iterator[Row]]
 
@@ -199,6 +202,22 @@ def inverse_rows(context: Context) -> Iterator[Row]:
     yield Row("reduced equations", "inverse_dynamics = M a + bias_force", worst, ROUNDING, "", "identity")
 
 
+def constraint_force_rows(context: Context) -> Iterator[Row]:
+    """Ψ_x(M ẍ − Q − Ψ_xᵀλ) = 0, for the difference of two motions through one configuration: Q cancels where no
+    damper acts between points."""
+    f, worst = context.f, 0.0
+    forces = context.mechanism.scene.forces
+    if any(isinstance(force, Spring) and force.damping for force in forces):
+        return
+    Mn, zero = f("natural_mass_matrix"), np.zeros(context.mechanism.nv)
+    for q, v, a, _tau in context.states:
+        J, R = f("constraint_jacobian", q), f("velocity_transformation", q)
+        load = Mn @ (R @ a + f("natural_bias_acceleration", q, v))
+        held = J.T @ (f("constraint_forces", q, v, a) - f("constraint_forces", q, zero, zero))
+        worst = max(worst, norm(J @ (load - held)) / max(1.0, norm(J) * norm(load)))
+    yield Row("constraints", "Ψ_x(M ẍ − Q − Ψ_xᵀλ) = 0", worst, FORCES, "between two motions", "paper (3.2)")
+
+
 CHECKS: tuple[tuple[str, tuple[str, ...], Checker], ...] = (
     ("integrate", ("integrate",), integrate_rows),
     ("R v = dx/dt", ("velocity_transformation", "natural_coordinates", "integrate"), transformation_rows),
@@ -229,6 +248,14 @@ CHECKS: tuple[tuple[str, tuple[str, ...], Checker], ...] = (
 )
 """Name, the functions it needs, the check."""
 
+OF_ROWS_ASKED_FOR: tuple[tuple[tuple[str, ...], Checker], ...] = (
+    (
+        ("constraint_forces", "constraint_jacobian", "velocity_transformation", "natural_bias_acceleration"),
+        constraint_force_rows,
+    ),
+)
+"""Checks of rows that only some scenes ask for: without them there is nothing to skip."""
+
 
 def check_differences(mechanism: Mechanism, functions: Bound, seed: int) -> tuple[list[Row], list[Skip]]:
     """Every check whose functions exist; the others are named as skipped."""
@@ -240,5 +267,8 @@ def check_differences(mechanism: Mechanism, functions: Bound, seed: int) -> tupl
         if missing:
             skipped.append(Skip(name, f"needs {', '.join(missing)}"))
         else:
+            rows.extend(check(context))
+    for needs, check in OF_ROWS_ASKED_FOR:
+        if all(functions.has(need) for need in needs):
             rows.extend(check(context))
     return rows, skipped

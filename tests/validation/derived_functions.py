@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,8 +20,9 @@ class DerivedFunctions:
     """One attribute per function, on (n,) or (N, n) arrays; what the scene cannot have is missing."""
 
     def __init__(self, scene: Scene) -> None:
-        system = derive(scene)
-        for output in wanted_outputs(scene):
+        outputs = wanted_outputs(scene)
+        system = derive(replace(scene, outputs=outputs))
+        for output in outputs:
             try:
                 function = system.casadi(output.name)
             except SymgenError:
@@ -39,10 +41,13 @@ class DerivedFunctions:
             return found[0] if len(found) == 1 else found
 
         def call(*arguments: Any, p: Any = None) -> Any:
-            tail = () if "p" not in names else (p,)
-            if not arguments or np.ndim(arguments[0]) == 1:
-                return one(*arguments, *tail)
-            return np.array([one(*rows, *tail) for rows in zip(*arguments, strict=True)])
+            def with_p(rows: Any) -> list[Any]:
+                given = iter(rows)
+                return [p if name == "p" else next(given) for name in names]
 
-        call.inputs = tuple(name for name in names if name != "p")  # type: ignore[attr-defined]
+            if not arguments or np.ndim(arguments[0]) == 1:
+                return one(*with_p(arguments))
+            return np.array([one(*with_p(rows)) for rows in zip(*arguments, strict=True)])
+
+        call.inputs = tuple(names)  # type: ignore[attr-defined]
         return call
