@@ -108,7 +108,7 @@ def _mujoco(size: int) -> dict[str, str]:
         "nothing.xml": "<mujoco/>",
         "laughs.xml": _laughs().replace("robot", "mujoco"),
         "include.xml": '<mujoco><include file="/etc/passwd"/></mujoco>',
-        "self.xml": '<mujoco><include file="self.xml"/></mujoco>',
+        "self.xml": '<mujoco><include file="input.xml"/></mujoco>',
         "deep.xml": "<mujoco><worldbody>" + "<body>" * (size // 6),
         "bodies.xml": "<mujoco><worldbody>" + "<body/>" * (size // 7) + "</worldbody></mujoco>",
         "huge.xml": '<mujoco><size memory="1000T"/><worldbody><body><freejoint/></body></worldbody></mujoco>',
