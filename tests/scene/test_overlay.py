@@ -131,6 +131,8 @@ CLASHES: dict[str, tuple[str, str]] = {
                   "  - {name: r, type: prismatic, parent: ground, child: p, axis: [1, 0, 0]}\n"
                   "  - {name: h, type: fixed, parent: p, child: base}",
                   ":7: joints[1].child: 'base', the root of the model, has a floating joint already"),
+    "root on its own hand": ("bodies: [{name: p, mass: 1}]\njoints:\n  - {name: r, type: fixed, parent: left, child: p}\n"
+                             "  - {name: h, type: fixed, parent: p, child: base}", "is not connected to ground"),
     "pattern of nothing": ("parameters: ['lowr.*']", "no parameter matches 'lowr.*'; did you mean 'lower'?"),
     "pattern of no field": ("parameters: ['upper.colou*']", "'upper' matches has mass, com, inertia"),
     "twice": ("parameters: ['lower.*', lower.mass]", "'lower.mass' is listed twice (it is one of 'lower.*')"),
