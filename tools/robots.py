@@ -23,6 +23,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from symgen.errors import SceneError
 from tools.robot_list import ROBOTS, Robot
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -179,7 +180,7 @@ def earlier(path: Path) -> list[Record]:
 def in_order(robots: list[Record]) -> list[Record]:
     """As the list has them, others by their size."""
     places = {robot.name: k for k, robot in enumerate(ROBOTS)}
-    return sorted(robots, key=lambda robot: (places.get(robot["robot"], len(places)), robot.get("nv", 0)))
+    return sorted(robots, key=lambda robot: (places.get(robot["robot"], len(places)), robot.get("nv", sys.maxsize)))
 
 
 def chosen(names: list[str]) -> list[Robot]:
@@ -194,7 +195,7 @@ def chosen(names: list[str]) -> list[Robot]:
             stem = "".join(c if c.isalnum() else "_" for c in path.name.split(".")[0])
             found.append(Robot(stem, str(path.resolve()), "floating" if floating else "fixed"))
         else:
-            raise SystemExit(f"robots: no robot and no file {name!r}; robots: {', '.join(known)}")
+            raise SceneError(f"no robot and no file {name!r}; robots: {', '.join(known)}", "robots")
     return found
 
 
@@ -223,7 +224,11 @@ def main() -> int:
         subjects = [Robot(f"tree_{n}", str(n), what="random tree") for n in wanted]
     else:
         options += [f"--outputs={arguments.outputs}"]
-        subjects = chosen(arguments.robots) or list(ROBOTS)
+        try:
+            subjects = chosen(arguments.robots) or list(ROBOTS)
+        except SceneError as error:
+            print(error, file=sys.stderr)
+            return 2
     name = "scaling" if arguments.scaling else "robots"
     kept = earlier(arguments.out / f"{name}.json") if arguments.add else []
     found: list[Record] = []
