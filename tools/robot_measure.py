@@ -97,6 +97,8 @@ class Limits:
     function: float
     compile: float
     states: int
+    optimise: bool
+    """Time -O3 too."""
 
 
 def measure(scene: Scene, rows: list[str], limits: Limits, system: System) -> None:
@@ -155,7 +157,7 @@ def compile_and_compare(scene: Scene, row: str, folder: Path, limits: Limits) ->
             continue
         record[f"compile_{level[1:]}_s"] = compiler_time() - begun
         break
-    if "compile_O2_s" in record:
+    if "compile_O2_s" in record and limits.optimise:
         record["compile_O3_s"] = time_compiler(artifact, limits.compile)
     if functions is not None:
         with limit(limits.function):
@@ -237,6 +239,7 @@ def main() -> None:
     parser.add_argument("--function-limit", type=float, default=120)
     parser.add_argument("--compile-limit", type=float, default=120)
     parser.add_argument("--states", type=int, default=10)
+    parser.add_argument("--only-O2", action="store_true")
     arguments = parser.parse_args()
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     for tool in ("gcc", "prlimit"):
@@ -255,7 +258,7 @@ def main() -> None:
     nq, nv = system.tree.nq, system.tree.nv
     frame = system.tree.bodies[-1].name
     say(nq=nq, nv=nv, bodies=len(system.tree.bodies), note=note, load_s=loaded - begun, tree_s=ended - loaded)
-    limits = Limits(arguments.function_limit, arguments.compile_limit, arguments.states)
+    limits = Limits(arguments.function_limit, arguments.compile_limit, arguments.states, not arguments.only_O2)
     measure(scene, rows_of(scene, frame, wanted), limits, system)
 
 
