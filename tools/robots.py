@@ -210,6 +210,7 @@ def main() -> int:
         "--function-limit", type=float, default=120, help="CPU seconds to make, or to compare, a function"
     )
     parser.add_argument("--compile-limit", type=float, default=60, help="CPU seconds for one run of the compiler")
+    parser.add_argument("--only-O2", action="store_true", help="do not time gcc -O3 beside -O2")
     parser.add_argument(
         "--add", action="store_true", help="keep the robots of an earlier run that are not measured now"
     )
@@ -217,7 +218,7 @@ def main() -> int:
     parser.add_argument("--scaling", action="store_true", help="random trees instead of robots")
     arguments = parser.parse_args()
     options = [f"--function-limit={arguments.function_limit}", f"--compile-limit={arguments.compile_limit}"]
-    options += [f"--states={arguments.states}"]
+    options += [f"--states={arguments.states}", *(["--only-O2"] if arguments.only_O2 else [])]
     if arguments.scaling:
         wanted = [int(n) for n in arguments.robots] or SCALING
         options += [f"--outputs={arguments.outputs or SCALED}"]
