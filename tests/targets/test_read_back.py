@@ -16,7 +16,8 @@ import pytest
 from symgen.algebra.field import MERSENNE_61, FieldNumbers, NotInField, Residue
 from symgen.errors import CertificateError
 from symgen.program.evaluate import evaluate, evaluate_all
-from symgen.program.instructions import Program
+from symgen.program.graph import Graph, extract
+from symgen.program.instructions import Port, Program
 from symgen.targets.c import Emitted, emit_c, read_back
 from tests.targets.programs import all_programs, arm, info, random_program, rotation, solver
 
@@ -342,6 +343,27 @@ def test_batch_file_is_checked(status: bool) -> None:
     for extra in (text + "int x;\n", text.replace('"demo.h"', '"other.h"')):
         with pytest.raises(CertificateError):
             read_back(changed(emitted, extra, "demo_batch.c"))
+
+
+def sparse() -> Program:
+    """A 6 by 6 output with two entries that are not zero."""
+    graph = Graph()
+    q = graph.inputs("q", 2)
+    entries: list[Any] = [0] * 36
+    entries[7], entries[20] = q[0] * q[1], Fraction(1, 2)
+    return extract(graph, "sparse", (Port("q", (2,)),), (Port("M", (6, 6)),), [entries])
+
+
+def test_zeros_of_a_sparse_output_are_set_by_a_loop() -> None:
+    emitted = emit_c("demo", [sparse()], info())
+    loop = "for (int i = 0; i < 36; ++i) M[i] = 0;"
+    text = emitted.files["demo.c"]
+    assert text.count(loop) == 1 and text.count("M[") == 4  # declared, cleared, stored twice
+    certify(emitted)
+    for wrong in (loop.replace("36", "35"), loop.replace("= 0", "= 1"), loop.replace("M[i]", "q[i]"), f"{loop} {loop}",
+                  "", "M[3] = 1.0; " + loop, loop.replace("int i = 0", "int i = 1")):  # fmt: skip
+        with pytest.raises(CertificateError):
+            certify(changed(emitted, text.replace(loop, wrong)))
 
 
 def test_unused_constant_is_refused() -> None:

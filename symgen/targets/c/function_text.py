@@ -23,6 +23,9 @@ _STORE = re.compile(r"([A-Za-z_]\w*)\[(\d+)\] = ([^=]+)", re.ASCII)
 _DECLARE_PAIR = re.compile(r"(double|float) ([A-Za-z_]\w*), ([A-Za-z_]\w*)", re.ASCII)
 _CALL_PAIR = re.compile(r"sine_cosine\(([^=,]+), &([A-Za-z_]\w*), &([A-Za-z_]\w*)\)", re.ASCII)
 _VOID = re.compile(r"\(void\)([A-Za-z_]\w*)", re.ASCII)
+_VOIDS = re.compile(r"(?:\s*\(void\)[A-Za-z_]\w*;)*", re.ASCII)
+_CLEAR_LOOP = re.compile(r"\s*for \(int i = 0; i < (\d+); \+\+i\) ([A-Za-z_]\w*)\[i\] = 0;", re.ASCII)
+_CLEARED = re.compile(rf"(?:{_CLEAR_LOOP.pattern})*", re.ASCII)
 _GUARD = re.compile(
     r"    if \(!\(([^{}=]+)\)\) \{\n((?:        for \(int i = 0; i < \d+; \+\+i\) \{\n            \w+\[i\] = [()\w]+;\n"
     r"        \}\n)+)((?:        return 1;\n)?)    \}\n?",
@@ -160,6 +163,7 @@ class FunctionReader:
         self.sizes = {port.name: port.size for port in program.outputs}
         self.written: set[tuple[str, int]] = set()
         self.declared: list[str] = []
+        self.cleared: list[str] = []
         self.literals: dict[Fraction, str] = {}
         self.used: set[str] = set()
         self.statements: list[tuple[str, str]] = []
@@ -175,7 +179,7 @@ class FunctionReader:
     def read(self, body: str) -> ReadFunction:
         """The function of this body (the text between its braces, without comments)."""
         body += "\n"
-        code, guards = self.take_tail(body)
+        code, guards = self.take_tail(self.take_cleared(body))
         pieces = code.split(";")
         if pieces.pop().strip():
             raise self.refuse("a statement does not end in ;")
@@ -183,6 +187,11 @@ class FunctionReader:
             self.statement(piece.strip())
         if self.declared:
             raise self.refuse(f"{self.declared[0]} is declared and never set")
+        for name in self.cleared:
+            for entry in range(self.sizes[name]):
+                if (name, entry) not in self.written:
+                    self.written.add((name, entry))
+                    self.statements.append((f"v_{name}[{entry}]", "0"))
         missing = sum(self.sizes.values()) - len(self.written)
         if missing:
             raise self.refuse(f"{missing} output entries are never assigned")
@@ -196,6 +205,18 @@ class FunctionReader:
             tuple(self.expression(text) for text in guards),
             count_operations(code, self.constants),
         )
+
+    def take_cleared(self, body: str) -> str:
+        """Split off the loops at the beginning that set whole outputs to zero."""
+        start = _VOIDS.match(body)
+        assert start is not None
+        loops = _CLEARED.match(body, start.end())
+        assert loops is not None
+        for size, name in _CLEAR_LOOP.findall(loops[0]):
+            if self.sizes.get(name) != int(size) or name in self.cleared:
+                raise self.refuse(f"a loop over {name} that is not the whole of an output")
+            self.cleared.append(name)
+        return start[0] + "\n" + body[loops.end() :]
 
     def take_tail(self, body: str) -> tuple[str, list[str]]:
         """Split off the status and the guards with their NaN loops."""

@@ -36,6 +36,10 @@ class Functions:
     """The function that gives sine and cosine together, if there is one."""
 
 
+CLEARED = 16
+"""An output with so many zeros, and half of it zeros, is set to zero by a loop first."""
+
+
 @dataclass(frozen=True)
 class Body:
     """The inside of a C function."""
@@ -55,6 +59,7 @@ class Body:
 def write_body(program: Program, table: ConstantTable, functions: Functions, taken: frozenset[str]) -> Body:
     """The statements of ``program``. ``taken``: names of the file that a local one must not hide."""
     writer = _Writer(program, table, functions, taken)
+    writer.clear(program)
     for index in range(len(program.instructions)):
         writer.step(index)
     writer.finish(program)
@@ -89,6 +94,7 @@ class _Writer:
         self.expressions: dict[int, Expression] = {}
         self.lines: list[tuple[str, str]] = []
         self.called: set[str] = set()
+        self.cleared: set[str] = set()
         self.heading = ""
         self.temporaries = 0
         self.angles: dict[int, int] = {}
@@ -132,13 +138,24 @@ class _Writer:
         for port, entry in stores:
             self.code(f"{port.name}[{entry}] = {text};", instruction.phase)
 
+    def clear(self, program: Program) -> None:
+        """A loop that sets outputs that are mostly zero: thousands of stores of nothing are slow to compile."""
+        for port, row in zip(program.outputs, program.results, strict=True):
+            zeros = sum(1 for index in row if self.is_zero(index))
+            if zeros >= CLEARED and 2 * zeros >= len(row):
+                self.cleared.add(port.name)
+                self.code(f"for (int i = 0; i < {port.size}; ++i) {port.name}[i] = 0;", "")
+
+    def is_zero(self, index: int) -> bool:
+        return self.instructions[self.roots[index][0]].value == 0
+
     def finish(self, program: Program) -> None:
         """The entries that are constants, in their order, after all others."""
         texts = [
             f"{port.name}[{entry}] = {self.at(index).signed()};"
             for port, row in zip(program.outputs, program.results, strict=True)
             for entry, index in enumerate(row)
-            if self.roots[index][0] in self.constants
+            if self.roots[index][0] in self.constants and not (port.name in self.cleared and self.is_zero(index))
         ]
         heading = "constant entries" if self.lines else ""
         packed = _fill(texts) if len(texts) > FEW else texts

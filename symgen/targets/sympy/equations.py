@@ -39,6 +39,18 @@ NAMES: dict[str, Name] = {
     "potential_energy": ("V", 0, ()),
     "frame_pose": ("T", 0, ()),
     "integrate": ("q", 0, ("next",)),
+    "mass_matrix_inverse": ("M", 0, ("inverse",)),
+    "center_of_mass": ("c", 0, ()),
+    "momentum": ("h", 0, ("G",)),
+    "momentum_matrix": ("A", 0, ()),
+    "frame_jacobian": ("J", 0, ()),
+    "frame_velocity": ("V", 0, ()),
+    "frame_bias_acceleration": ("V", 1, ("bias",)),
+    "regressor": ("Y", 0, ()),
+    "base_regressor": ("Y", 0, ("b",)),
+    "base_parameters": ("beta", 0, ()),
+    "joint_wrenches": ("W", 0, ()),
+    "constraint_forces": ("lambda", 0, ()),
 }
 """How the left-hand sides are written, in the paper's letters."""
 JOINT_LETTERS = {"natural_coordinates": "x", "natural_bias_acceleration": "x"}
@@ -61,6 +73,8 @@ def equations(system: System, names: Sequence[str], symbols: str = "joint", form
     written = []
     for name in names:
         for row in system.output(name).of:
+            if split_row(row)[0] not in NAMES:
+                raise SceneError(f"{row} has no form for reading; the function itself can be generated", "--equations")
             written.append(_paper(system, row, style) if symbols == "paper" else _joint(system, row, style))
     return "\n\n".join(written)
 

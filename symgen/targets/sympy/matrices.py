@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from symgen.catalogue import CATALOGUE, output_ports, split_row
+from symgen.catalogue import CATALOGUE, PRODUCTS, output_ports, row_of, split_row
 from symgen.errors import SceneError
 from symgen.literal.equations import Literal
 from symgen.program.instructions import Port
@@ -61,14 +61,22 @@ def sympy_matrix(system: System, name: str, given: Given | None = None) -> Any:
     """
     output = system.output(name)
     symbols = system_symbols(system.scene, system.tree)
-    ports = output_ports(output.of, system.sizes)
+    ports = iter(output_ports(output.of, system.sizes))
     found: dict[str, Any] = {}
-    for row, port in zip(output.of, ports, strict=True):
-        entries = closed_form(system, row, symbols, LONGEST, given)
-        if entries is None:
-            (entries,) = nested(system.program(row), arguments(symbols, given, system))
-        found[port.name] = shaped(port, entries)
+    for row in output.of:
+        require_no_product(row)
+        entries = closed_form(system, row, symbols, LONGEST, given) if len(row_of(row).outputs) == 1 else None
+        several = [entries] if entries is not None else nested(system.program(row), arguments(symbols, given, system))
+        for part in several:
+            port = next(ports)
+            found[port.name] = shaped(port, part)
     return found if len(found) > 1 else next(iter(found.values()))
+
+
+def require_no_product(row: str) -> None:
+    """Raises SceneError for products of derivatives, whose directions and weights have no symbols."""
+    if split_row(row)[0] in PRODUCTS:
+        raise SceneError(f"{row} has no form in SymPy; the function itself can be generated", "--equations")
 
 
 def row_equation(system: System, row: str, longest: int = READABLE) -> Equation:
@@ -94,6 +102,8 @@ def arguments(symbols: Symbols, given: Given | None, system: System) -> dict[str
 def shaped(port: Port, entries: Sequence[sympy.Expr]) -> sympy.Matrix | sympy.Expr:
     if not port.shape:
         return entries[0]
+    if len(port.shape) > 2:
+        return sympy.ImmutableDenseNDimArray(list(entries), port.shape)
     rows, columns = (*port.shape, 1)[:2]
     return sympy.Matrix(rows, columns, list(entries))
 
@@ -111,7 +121,7 @@ def closed_form(
         name, frame = split_row(row)
         definition = CATALOGUE[name].literal
         if definition is None:
-            return _accelerations(literal, at, symbols, longest)
+            return _accelerations(literal, at, symbols, longest) if name == "forward_dynamics" else None
         (found,) = definition(literal, frame)
         entries = _flat(found)
         if any(isinstance(entry, Polynomial) and len(entry.terms) > longest for entry in entries):
