@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction as F
 
 from symgen.scene.model import (
@@ -10,6 +11,7 @@ from symgen.scene.model import (
     Joint,
     JointSpring,
     Matrix3,
+    Mimic,
     Options,
     Scene,
     Spring,
@@ -81,6 +83,14 @@ def floating_tree(base_velocity: str = "world") -> Scene:
         joint("j7", "revolute", "b1", "b5", 4),
     )
     return Scene("floating_tree", bodies, joints, options=Options(base_velocity=base_velocity))
+
+
+def coupled(armature: int = 0) -> Scene:
+    """The floating tree whose last joint follows the third one, with a damper on it."""
+    scene = floating_tree("world")
+    follower = replace(scene.joints[4], armature=F(armature), damping=F(1, 2), mimic=Mimic("j3", F(-2), F(1, 3)))
+    base = replace(scene.joints[0], armature=F(armature, 3))
+    return replace(scene, name="coupled", joints=(base, *scene.joints[1:4], follower))
 
 
 def every_joint() -> Scene:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from symgen.errors import NotSupportedError, SceneError
-from symgen.scene.model import GROUND, Scene
+from symgen.scene.model import GROUND, Mimic, Scene
 from symgen.topology.tree import build_tree
 from symgen.validation.functions import vary_parameters, with_parameter
 from symgen.validation.mechanism import (
@@ -25,9 +25,9 @@ from symgen.validation.mechanism import (
     rotation_of,
     skew,
 )
-from tests.validation.scenes import body, every_joint, floating_tree, joint, sprung
+from tests.validation.scenes import body, chain, coupled, every_joint, floating_tree, joint, sprung
 
-SCENES = [every_joint(), sprung(), *(floating_tree(kind) for kind in ("world", "body", "mixed"))]
+SCENES = [every_joint(), sprung(), coupled(), *(floating_tree(kind) for kind in ("world", "body", "mixed"))]
 RNG = np.random.default_rng
 
 
@@ -107,3 +107,19 @@ def test_parameters_reach_the_scene() -> None:
     changed = with_parameter(named, "coil.length", (F(4),))
     assert changed.forces[0].length == 4  # type: ignore[union-attr]
     assert vary_parameters(scene, RNG(0))[1].size == 0
+
+
+def test_mimics_of_mimics_are_composed() -> None:
+    """q1 = −2 q2 + 1/3 with q2 = 3 q3 − 1: all of it in the place of q3, the last in depth-first order."""
+    scene = chain("gear", ("revolute",) * 3)
+    one, two, three = scene.joints
+    joints = (
+        replace(one, mimic=Mimic("j2", F(-2), F(1, 3))), replace(two, mimic=Mimic("j3", F(3), F(-1))), three,
+    )  # fmt: skip
+    mechanism = build_mechanism(replace(scene, joints=joints))
+    assert (mechanism.nq, mechanism.nv) == (1, 1)
+    q, v = np.array([0.5]), np.array([2.0])
+    np.testing.assert_allclose(
+        [x.position(q)[0] for x in mechanism.links], [-2 * 0.5 + 1 / 3, 3 * 0.5 - 1, 0.5], atol=1e-15
+    )
+    np.testing.assert_allclose([x.rate(v)[0] for x in mechanism.links], [-12.0, 6.0, 2.0], atol=1e-15)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symgen.scene.model import Mimic, Options, Scene, Spring
+from symgen.scene.model import Options, Scene, Spring
 from symgen.validation.compare import norm
 from symgen.validation.compare_rows import compare_rows, states_of
 from symgen.validation.differences import derivative
@@ -35,17 +35,9 @@ from symgen.validation.pinocchio_rows import (
 )
 from tests.validation.changed import Changed
 from tests.validation.peer_functions import ROWS, PeerFunctions
-from tests.validation.scenes import chain, every_joint, floating_tree, sprung, vec
+from tests.validation.scenes import chain, coupled, every_joint, floating_tree, sprung, vec
 
 pytest.importorskip("pinocchio")
-
-
-def coupled(armature: int = 0) -> Scene:
-    """The floating tree whose last joint follows the third one, with a damper on it."""
-    scene = floating_tree("world")
-    follower = replace(scene.joints[4], armature=F(armature), damping=F(1, 2), mimic=Mimic("j3", F(-2), F(1, 3)))
-    base = replace(scene.joints[0], armature=F(armature, 3))
-    return replace(scene, name="coupled", joints=(base, *scene.joints[1:4], follower))
 
 
 def sprung_base() -> Scene:
