@@ -13,7 +13,7 @@ Name = tuple[str, int, tuple[str, ...]]
 
 GREEK = {
     "alpha": "α", "theta": "θ", "lambda": "λ", "pi": "π", "tau": "τ", "phi": "φ", "Phi": "Φ", "Psi": "Ψ", "omega": "ω",
-    "gamma": "γ",
+    "gamma": "γ", "beta": "β",
 }  # fmt: skip
 SUFFIXES = frozenset({"x", "y", "z", "w", "xx", "yy", "zz", "xy", "xz", "yz", *"0123456789"})
 _HEAD = re.compile(r"([A-Za-z]+?)(ddot|dot)?(\d*)$")
