@@ -3,7 +3,8 @@
 ``python tools/mjcf_models.py [PATH | PACKAGE …]``: MJCF files, folders, or installed packages that ship some
 (``dm_control``, ``gymnasium``, …). Prints one row per model: nq, nv, the worst relative difference of the mass matrix
 and of the bias force (springs and dampers included; ‖x − x̂‖∞/‖x̂‖∞ over states), seconds, and what was left out or why
-it failed (``no``: MuJoCo alone does not load it either). Models that say the same are shown once. ``--json FILE`` writes the rows.
+it failed (``no``: MuJoCo alone does not load it either). Models that say the same are shown once. ``--json FILE``
+writes the rows.
 
 Every model is read in a process of its own with a time limit. Both sides leave out what symgen does not model: MuJoCo's
 tendon springs, gravity compensation, fluids and nonlinear joint forces are switched off in the comparison.

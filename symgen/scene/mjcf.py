@@ -7,7 +7,7 @@ file has is counted in one note.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -19,7 +19,7 @@ from symgen.scene.mjcf_exact import ROUNDING, exact_inertia, exact_turn, settled
 from symgen.scene.mjcf_names import body_names, joined, joint_names, unused
 from symgen.scene.mjcf_process import Compiled, CompiledBody, CompiledJoint, compile_mjcf
 from symgen.scene.model import GROUND, ZERO3, Body, Frame, Joint, JointSpring, Transform, Vector
-from symgen.scene.models import Model
+from symgen.scene.models import Model, place
 from symgen.scene.mounts import Mounts, compose
 from symgen.scene.names import identifier
 from symgen.scene.xml import Element
@@ -37,7 +37,8 @@ def read_mjcf(root: Element, path: Path, floating: bool, mounts: Mounts) -> Mode
     """
     file = clean(path.name, 120)
     compiled = compile_mjcf(path, file)
-    reader = _Reader(compiled, mounts, file)
+    elements = {"bodies": _by_name(root, ("body",)), "joints": _by_name(root, ("joint", "freejoint"))}
+    reader = _Reader(compiled, mounts, file, elements)
     for index in range(1, len(compiled.bodies)):
         reader.body(index)
     if floating:
@@ -56,7 +57,7 @@ def read_mjcf(root: Element, path: Path, floating: bool, mounts: Mounts) -> Mode
         frames=frames,
         gravity=(compiled.gravity[0], compiled.gravity[1], compiled.gravity[2]),
         weld=reader.joints[0].name if len(roots) == 1 and reader.joints[0].type == "fixed" else "",
-        elements={"bodies": _by_name(root, ("body",)), "joints": _by_name(root, ("joint", "freejoint"))},
+        elements=elements,
     )
 
 
@@ -79,6 +80,7 @@ class _Reader:
     compiled: Compiled
     mounts: Mounts
     file: str
+    elements: Mapping[str, Mapping[str, Element]]
     bodies: list[Body] = field(default_factory=list)
     joints: list[Joint] = field(default_factory=list)
     springs: list[JointSpring] = field(default_factory=list)
@@ -157,6 +159,11 @@ class _Reader:
                 armature=given.armature, damping=given.damping, limits=tuple(limits),
             )
         )  # fmt: skip
+        if given.stiffness < 0:
+            element = self.elements["joints"].get(joint.name)
+            where = place(self.file, element) if element else self.file
+            message = f"joint {clean(joint.name)!r} has the negative stiffness {float(given.stiffness):.12g}"
+            raise SceneError(message, where)
         if given.stiffness and given.type in ("hinge", "slide"):
             rest = given.spring_reference - given.reference
             name = unused(joined(joint.name, "spring"), self.taken_joints)

@@ -1,6 +1,6 @@
 """Reads an MJCF file with MuJoCo's own reader and writes what it holds as JSON. Runs as a program of its own.
 
-    python mjcf_child.py MODEL.xml RESULT.json SECONDS
+    python mjcf_child.py MODEL.xml RESULT.json SECONDS BODIES
 
 A C reader may crash, hang or ask for all memory on a hostile file; here that ends this process only. Nothing of
 symgen is imported. RESULT.json is ``{"error": what MuJoCo says}``, ``{"refusal": a message}`` or what `described` says.
@@ -34,8 +34,8 @@ ASSETS = ("skins", "materials", "textures", "hfields")
 TYPES = ("free", "ball", "slide", "hinge")
 
 
-class MissingMeshError(ValueError):
-    """A mesh that inertia needs is not there. The message is for the user."""
+class RefusedError(ValueError):
+    """Refused here, not by MuJoCo. The message is for the user."""
 
 
 def limit(seconds: int) -> None:
@@ -48,9 +48,11 @@ def limit(seconds: int) -> None:
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
-def compiled(path: str) -> tuple[Any, Any, Counter[str]]:
+def compiled(path: str, bodies: int = 10_000) -> tuple[Any, Any, Counter[str]]:
     """(spec, model, what the file holds). Only what inertia needs is read from disk; all of it where that fails."""
     spec = mujoco.MjSpec.from_file(path)
+    if len(spec.bodies) > bodies:
+        raise RefusedError(f"has {len(spec.bodies)} bodies; at most {bodies} are read")
     held = Counter({label: len(getattr(spec, kind)) for kind, label in COUNTED.items()})
     held["linear joint equality"] = sum(_couples_linearly(equality) for equality in spec.equalities)
     try:
@@ -59,7 +61,7 @@ def compiled(path: str) -> tuple[Any, Any, Counter[str]]:
     except ValueError as error:
         reason = missing_mesh(spec, str(error))
     if reason:
-        raise MissingMeshError(reason)
+        raise RefusedError(reason)
     spec = mujoco.MjSpec.from_file(path)
     return spec, spec.compile(), held
 
@@ -156,11 +158,12 @@ def described(spec: Any, model: Any, held: Counter[str]) -> dict[str, Any]:
     """Bodies, joints, sites, gravity and counts, as numbers and names."""
     disabled = mujoco.mjtDisableBit
     off = {flag: bool(model.opt.disableflags & getattr(disabled, f"mjDSBL_{flag}")) for flag in OFF}
+    full = {part.id: part.fullinertia.tolist() for part in spec.bodies if part.explicitinertial}
     return {
         "version": mujoco.__version__,
         "name": spec.modelname,
         "gravity": [0.0, 0.0, 0.0] if off["GRAVITY"] else model.opt.gravity.tolist(),
-        "bodies": [body(spec, model, i) for i in range(model.nbody)],
+        "bodies": [body(model, i, full.get(i, [])) for i in range(model.nbody)],
         "joints": [joint(model, i, off) for i in range(model.njnt)],
         "sites": [site(model, i) for i in range(model.nsite)],
         "held": dict(held + extras(model)),
@@ -170,9 +173,7 @@ def described(spec: Any, model: Any, held: Counter[str]) -> dict[str, Any]:
 OFF = ("GRAVITY", "SPRING", "DAMPER")
 
 
-def body(spec: Any, model: Any, i: int) -> dict[str, Any]:
-    given = [part for part in spec.bodies if part.id == i]
-    full = given[0].fullinertia.tolist() if given and given[0].explicitinertial else []
+def body(model: Any, i: int, full: list[float]) -> dict[str, Any]:
     return {
         "name": model.body(i).name,
         "parent": int(model.body_parentid[i]),
@@ -242,16 +243,27 @@ def rows_with(model: Any, name: str) -> int:
     return 0 if values is None else sum(bool(row.any()) for row in values)
 
 
-def main(path: str, result: str, seconds: str) -> None:
-    limit(int(seconds))
+def said(path: str, bodies: int) -> str:
+    """What is known of the file, as JSON."""
     try:
-        said = json.dumps(described(*compiled(path)), allow_nan=False)
-    except MissingMeshError as error:
-        said = json.dumps({"refusal": str(error)})
+        found = described(*compiled(path, bodies))
+    except RefusedError as error:
+        return json.dumps({"refusal": str(error)})
+    except UnicodeDecodeError:
+        return json.dumps({"refusal": "has text that is not UTF-8"})
     except (ValueError, RuntimeError, OverflowError, TypeError, MemoryError, mujoco.FatalError) as error:
-        said = json.dumps({"error": str(error) or type(error).__name__})
+        return json.dumps({"error": str(error) or type(error).__name__})
+    try:
+        return json.dumps(found, allow_nan=False)
+    except ValueError:
+        return json.dumps({"refusal": "has numbers that are not finite (masses, sizes, positions)"})
+
+
+def main(path: str, result: str, seconds: str, bodies: str) -> None:
+    limit(int(seconds))
+    text = said(path, int(bodies))
     with open(result, "w", encoding="utf-8") as stream:
-        stream.write(said)
+        stream.write(text)
 
 
 if __name__ == "__main__":
