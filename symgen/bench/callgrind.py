@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Mapping, Sequence
+from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +35,7 @@ def _call(function: Mapping[str, Any], states: Sequence[Mapping[str, Any]]) -> l
         name = port["name"]
         if port["shape"]:
             rows = ", ".join(_array(state[name]) for state in states)
-            lines.append(f"static const double {name}[{len(states)}][{port['shape'][0]}] = {{{rows}}};")
+            lines.append(f"static const double {name}[{len(states)}][{prod(port['shape'])}] = {{{rows}}};")
             arguments.append(f"{name}[k]")
         else:
             arguments.append(float(states[0][name]).hex())
