@@ -38,6 +38,7 @@ from symgen.scene.assemble import assemble
 from symgen.scene.document import Document
 from symgen.scene.model import Scene
 from symgen.system import System, derive
+from symgen.validation.mujoco_model import full_mass_matrix
 
 CRITERION = 1e-12
 STATES = 5
@@ -156,7 +157,7 @@ def measure(path: Path) -> dict[str, Any]:
     for k, (position, velocity) in enumerate(zip(carry.q(q), carry.v(q, v), strict=True)):
         data.qpos[:], data.qvel[:] = position, velocity
         mujoco.mj_forward(model, data)
-        mujoco.mj_fullM(model, data, full)
+        full_mass_matrix(mujoco, model, data, full)
         theirs = {"mass_matrix": full.reshape(-1), "bias_force": data.qfrc_bias - data.qfrc_passive}
         for name, value in theirs.items():
             # A force may cancel: it is measured against a thousandth of its terms, too.

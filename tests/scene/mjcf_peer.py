@@ -15,6 +15,7 @@ from symgen.conventions import from_mujoco, to_mujoco
 from symgen.scene.load import load
 from symgen.scene.model import Scene
 from symgen.system import System, derive
+from symgen.validation.mujoco_model import full_mass_matrix
 
 Array = NDArray[np.float64]
 
@@ -59,7 +60,7 @@ def differences(scene: Scene, model: Any, states: int = 3) -> dict[str, float]:
     for q, v, a in zip(*random_states(system, states), strict=True):
         data.qpos[:], data.qvel[:], data.qacc[:] = to.q(q), to.v(q, v), to.a(q, v, a)
         mujoco.mj_inverse(model, data)
-        mujoco.mj_fullM(model, data, full)
+        full_mass_matrix(mujoco, model, data, full)
         S = np.stack([to.v(q, e) for e in np.eye(len(v))], -1)
         theirs = {
             "mass_matrix": S.T @ full @ S,
