@@ -31,14 +31,14 @@ RESERVED = frozenset(_WORDS.split())
 _FOREIGN = re.compile(r"[^A-Za-z0-9_]+")
 
 
-def identifier(name: str) -> str:
+def identifier(name: str, longest: int = MAX_LENGTH) -> str:
     """A C identifier for ``name`` taken alone: ASCII letters, digits and _; no reserved word; deterministic.
 
     Accents are dropped (``é`` → ``e``), every other foreign run becomes one ``_``.
     """
     plain = unicodedata.normalize("NFKD", name)
     plain = "".join(c for c in plain if not unicodedata.combining(c))
-    text = _FOREIGN.sub("_", plain)[:MAX_LENGTH]
+    text = _FOREIGN.sub("_", plain)[:longest]
     if not text.strip("_"):
         text = "x"
     if text[0].isdigit():

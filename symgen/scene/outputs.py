@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from symgen.errors import NotSupportedError, SceneError
 from symgen.scene.document import clean
 from symgen.scene.model import Output, Scene
+from symgen.scene.names import identifier
 from symgen.scene.schema import did_you_mean
 
 CATALOGUE: dict[str, str] = {
@@ -97,6 +98,9 @@ def _gives(row: str) -> frozenset[str]:
     return frozenset({_GIVES[row]}) if row in _GIVES else frozenset()
 
 
+LONGEST = 200
+"""Characters of a function's name, which becomes the name of a file too."""
+
 _SUFFIXES = ("_batch", "_batch_p", "_f32")
 
 DEFAULT_OUTPUTS: tuple[Output, ...] = tuple(
@@ -112,11 +116,11 @@ DEFAULT_OUTPUTS: tuple[Output, ...] = tuple(
 
 
 def function_name(row: str) -> str:
-    """``frame_pose:tool`` → ``frame_pose_tool``, the name of the function before it is made an identifier."""
+    """``frame_pose:tool`` → ``frame_pose_tool``: an identifier, whatever the frame is called."""
     product, _, argument = row.partition(":")
     if product in PRODUCTS:
         return f"{product}_{function_name(argument)}"
-    return row.replace(":", "_", 1)
+    return identifier(row.replace(":", "_", 1), LONGEST)
 
 
 def frame_names(scene: Scene) -> list[str]:
@@ -156,7 +160,12 @@ def check_outputs(outputs: Sequence[Output], frames: Sequence[str], places: Sequ
             check_row(row, frames, place)
         name = function_name(output.name)
         if name in seen:
-            raise SceneError(f"the output {clean(output.name)!r} is asked for twice", place)
+            both = (
+                f"{clean(output.name)!r} and {clean(seen[name])!r} would both be the function {clean(name)}; give one a "
+                "name: {name: …, of: […]}"
+            )
+            twice = f"the output {clean(output.name)!r} is asked for twice"
+            raise SceneError(twice if seen[name] == output.name else both, place)
         if name in CATALOGUE and output.of != (name,):
             raise SceneError(f"{name!r} is the name of a catalogue function; give the combined one another", place)
         _check_together(output, place)
