@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from symgen.algebra.linear import Mat, Vec, add, cross, dot, matvec, mul, scale, sub, total, transpose, vadd, vneg, vsub
 from symgen.algebra.sparse import gram, solve_symmetric
+from symgen.errors import SceneError
 from symgen.literal.frames import carriers, pseudo, resultant, weigh
 from symgen.literal.regressor import accelerations
 from symgen.scene.model import Spring
@@ -147,7 +148,12 @@ def constraint_forces_and_pivots(literal: Literal) -> tuple[list[Scalar], list[S
     """λ (nc) of the normal equations Ψ Ψᵀ λ = Ψ (M ẍ − Q), and the pivots, positive where they can be solved."""
     jacobian = literal.constraint_jacobian()
     load = unconstrained_loads(literal, natural_accelerations(literal))
-    return solve_symmetric(gram(jacobian), [dot(row, load) for row in jacobian])
+    try:
+        return solve_symmetric(gram(jacobian), [dot(row, load) for row in jacobian])
+    except ZeroDivisionError:
+        scene = literal.values.scene
+        where = scene.source or scene.name
+        raise SceneError("constraints of the natural coordinates depend on each other", where) from None
 
 
 def constraint_forces(literal: Literal) -> Vec:

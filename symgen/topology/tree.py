@@ -73,7 +73,7 @@ class Tree:
     """Every body and every named frame: (index of the tree body it is fixed in, −1 for ground; its pose there)."""
     welds: Mapping[str, tuple[Joint, ...]]
     """Every body and named frame: the fixed joints on the way there from the tree body it is fixed in."""
-    kept: dict[str, Any] = field(default_factory=dict, compare=False, repr=False)
+    kept: dict[str, Any] = field(default_factory=dict, init=False, compare=False, repr=False)
     """What was once derived of this tree and took long, by name."""
 
     @cached_property

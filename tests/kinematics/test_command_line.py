@@ -86,3 +86,23 @@ def test_without_mass_at_run_time_there_is_no_answer(scene: Path, tmp_path: Path
     f = symgen.generate(scene, tmp_path / "out").load(cache=tmp_path / "cache")
     assert np.all(np.isnan(f.center_of_mass(np.zeros(2), p=np.array([1.0, -1.0]))))
     assert np.all(np.isfinite(f.center_of_mass(np.zeros(2), p=np.array([1.0, 0.0]))))
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("A", "A = "),
+        ("frame_jacobian:tip", "J_tip = "),
+        ("W", "W[1,1] = "),
+        ("base_parameters", "β = "),
+        ("com", "c = "),
+    ],
+)
+def test_they_are_printed_as_equations(name: str, expected: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["show", "examples/double_pendulum.scene.yaml", "--equations", name]) == 0
+    assert expected in capsys.readouterr().out
+
+
+def test_what_has_no_form_for_reading_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["show", "examples/pendulum.scene.yaml", "--equations", "inverse_dynamics_derivatives"]) == 2
+    assert "no form for reading" in capsys.readouterr().err
