@@ -160,10 +160,8 @@ def check_outputs(outputs: Sequence[Output], frames: Sequence[str], places: Sequ
             check_row(row, frames, place)
         name = function_name(output.name)
         if name in seen:
-            both = (
-                f"{clean(output.name)!r} and {clean(seen[name])!r} would both be the function {clean(name)}; give one a "
-                "name: {name: …, of: […]}"
-            )
+            both = f"{clean(output.name)!r} and {clean(seen[name])!r} would both be the function {clean(name)}"
+            both += "; give one a name: {name: …, of: […]}"
             twice = f"the output {clean(output.name)!r} is asked for twice"
             raise SceneError(twice if seen[name] == output.name else both, place)
         if name in CATALOGUE and output.of != (name,):

@@ -147,7 +147,7 @@ EDITS: dict[str, tuple[str, str, str]] = {
     "combined that clashes": ("[mass_matrix,", "[{name: both, of: [inverse_dynamics, forward_dynamics]},", "cannot share a function"),
     "combined like a batch": ("[mass_matrix,", "[{name: mass_matrix_batch, of: [mass_matrix, bias_force]},", "ends like a form"),
     "combined without rows": ("[mass_matrix,", "[{name: both},", "outputs[0]: output 'both' needs 'of'"),
-    "combined like a frame's": ("[mass_matrix,", "[{name: frame_pose_tool, of: [mass_matrix, bias_force]},", "is asked for twice"),
+    "combined like a frame's": ("[mass_matrix,", "[{name: frame_pose_tool, of: [mass_matrix, bias_force]},", "would both be the function frame_pose_tool"),
     "unknown parameter": ("link1.mass", "link9.mass", ":22: parameters[0]: unknown parameter 'link9.mass'; did you mean 'link"),
     "unknown parameter field": ("link1.mass", "link1.colour", "'link1' has no parameter 'colour'; it has mass, com, inertia"),
     "parameter twice": ("[link1.mass]", "[link1.mass, link1.mass]", "parameters[1]: the parameter 'link1.mass' is listed twice"),
