@@ -152,7 +152,11 @@ def compare_rows(
         found = {frame: row_difference(peer, functions, row, frame, drawn[:count]) for frame in names}
         frame = max(found, key=lambda name: found[name].share)
         worst = found[frame]
-        note = f"{len(names)} frames, worst {frame}; {worst.note}".rstrip("; ") if frame else worst.note
+        note = (
+            f"{len(names)} frame{'s' * (len(names) > 1)}, worst {frame}; {worst.note}".rstrip("; ")
+            if frame
+            else worst.note
+        )
         rows.append(Row(SAME_STATE, row + label, worst.value, loosen * worst.criterion, note, source))
     rows.extend(base_rows(peer, functions, drawn, label, loosen * CRITERION, source))
     return rows
