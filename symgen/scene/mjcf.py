@@ -17,7 +17,7 @@ from symgen.scene.document import clean
 from symgen.scene.exact import cross, unit_vector
 from symgen.scene.mjcf_exact import ROUNDING, exact_inertia, exact_turn, settled
 from symgen.scene.mjcf_names import body_names, joined, joint_names, unused
-from symgen.scene.mjcf_process import Compiled, CompiledBody, CompiledJoint, compile_mjcf
+from symgen.scene.mjcf_process import MAX_BODIES, Compiled, CompiledBody, CompiledJoint, compile_mjcf
 from symgen.scene.model import GROUND, ZERO3, Body, Frame, Joint, JointSpring, Transform, Vector
 from symgen.scene.models import Model, place
 from symgen.scene.mounts import Mounts, compose
@@ -36,6 +36,9 @@ def read_mjcf(root: Element, path: Path, floating: bool, mounts: Mounts) -> Mode
     Raises SceneError naming file and element; ToolError when MuJoCo is not installed.
     """
     file = clean(path.name, 120)
+    written = sum(1 for _ in _inside(root, ("body",)))
+    if written > MAX_BODIES:  # MuJoCo would take minutes
+        raise SceneError(f"has {written} bodies; at most {MAX_BODIES} are read", file)
     compiled = compile_mjcf(path, file)
     elements = {"bodies": _by_name(root, ("body",)), "joints": _by_name(root, ("joint", "freejoint"))}
     reader = _Reader(compiled, mounts, file, elements)
@@ -61,14 +64,20 @@ def read_mjcf(root: Element, path: Path, floating: bool, mounts: Mounts) -> Mode
     )
 
 
-def _by_name(root: Element, tags: tuple[str, ...]) -> dict[str, Element]:
-    """Name → element of these tags inside the file's <worldbody>."""
-    found: dict[str, Element] = {}
+def _inside(root: Element, tags: tuple[str, ...]) -> Iterator[Element]:
+    """The elements of these tags inside the file's <worldbody>."""
     waiting = list(root.all("worldbody"))
     while waiting:
         element = waiting.pop()
         waiting.extend(element.children)
-        if element.tag in tags and "name" in element.attributes:
+        if element.tag in tags:
+            yield element
+
+
+def _by_name(root: Element, tags: tuple[str, ...]) -> dict[str, Element]:
+    found: dict[str, Element] = {}
+    for element in _inside(root, tags):
+        if "name" in element.attributes:
             found.setdefault(element.attributes["name"], element)
     return found
 
