@@ -5,6 +5,7 @@ Only names live here; what a function is belongs to the rooms that derive it.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable, Sequence
 
 from symgen.errors import NotSupportedError, SceneError
@@ -116,11 +117,19 @@ DEFAULT_OUTPUTS: tuple[Output, ...] = tuple(
 
 
 def function_name(row: str) -> str:
-    """``frame_pose:tool`` → ``frame_pose_tool``: an identifier, whatever the frame is called."""
+    """``frame_pose:tool`` → ``frame_pose_tool``: an identifier, whatever the frame is called.
+
+    A frame whose name is none is told from others by six digits of its hash: ``frame_pose:tool tip`` →
+    ``frame_pose_tool_tip_8a5d74``, the same in every scene.
+    """
     product, _, argument = row.partition(":")
     if product in PRODUCTS:
         return f"{product}_{function_name(argument)}"
-    return identifier(row.replace(":", "_", 1), LONGEST)
+    name = row.replace(":", "_", 1)
+    if len(name) <= LONGEST and name.isascii() and name.isidentifier():
+        return name
+    digits = hashlib.sha256(row.encode("utf-8", "surrogatepass")).hexdigest()[:6]
+    return f"{identifier(name, LONGEST - 7).rstrip('_')}_{digits}"
 
 
 def frame_names(scene: Scene) -> list[str]:
