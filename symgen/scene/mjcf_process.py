@@ -100,8 +100,8 @@ def compile_mjcf(path: Path, file: str, seconds: int = SECONDS) -> Compiled:
     with tempfile.TemporaryDirectory(prefix="symgen-mjcf-") as folder:
         result = Path(folder) / "result.json"
         # -P: this folder holds modules that are called like the standard library's.
-        command = [sys.executable, "-P", "-W", "ignore", str(CHILD), str(path.absolute()), str(result), str(seconds)]
-        command.append(str(MAX_BODIES))
+        python = [sys.executable or "python3", "-P", "-W", "ignore"]
+        command = [*python, str(CHILD), str(path.absolute()), str(result), str(seconds), str(MAX_BODIES)]
         # MuJoCo writes its log where it runs: in the folder that goes away.
         said = _run(command, folder, file, seconds)
         if not result.exists():
