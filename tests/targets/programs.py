@@ -91,6 +91,19 @@ def rotation() -> Program:
     return extract(g, "integrate", (Q, V, DT, P), (Port("q_next", (4,)),), [results])
 
 
+def alone() -> Program:
+    """One angle alone: both functions of it in one function, only one in another."""
+    g = Graph()
+    q = g.inputs("q", 2)
+    return extract(g, "gravity_force", (Q, P), (Port("g", (2,)),), [[g.sin(q[0]) * q[1], g.cos(q[0]) - q[1]]])
+
+
+def cosine() -> Program:
+    g = Graph()
+    q = g.inputs("q", 2)
+    return extract(g, "potential_energy", (Q, P), (Port("V", ()),), [[g.cos(q[1]) * Fraction(5, 2)]])
+
+
 def inverse() -> Program:
     """An output with the name of another function's input; an input of this name too."""
     g = Graph()
@@ -111,7 +124,7 @@ def empty() -> Program:
 
 
 def all_programs() -> list[Program]:
-    return [arm(), solver(), rotation(), inverse(), constant(), empty()]
+    return [arm(), solver(), rotation(), alone(), cosine(), inverse(), constant(), empty()]
 
 
 def random_program(seed: int, size: int, operations: Sequence[str], name: str = "f", more: int = 0) -> Program:

@@ -154,6 +154,10 @@ MUTATIONS: dict[str, Mutation] = {
     "constant name": at_matches(r"\bk1\b(?! =)", lambda m: ["k2"]),
     "local name": at_matches(r"(?<= )t1\b(?! =)", lambda m: ["t2", "t77", "k1"]),
     "pair": at_matches(r"&(\w+), &(\w+)", lambda m: [f"&{m[2]}, &{m[1]}"]),
+    "table": at_matches(
+        r"\b(?:co)?sines(?=\[\d\];)", lambda m: ["sines" if m[0] == "cosines" else "cosines", "angles"]
+    ),
+    "call": at_matches(r"(?<=sines_cosines\(angles, sines, cosines, )\d+", lambda m: ["0", "3", "8"]),
     "dropped": at_matches(r"\n    (?!\(void\)|return|double \w+, |float \w+, )[^\n]*;(?=\n)", drop),
     "repeated": at_matches(r"\n    (?!\(void\))[^\n]*;(?=\n)", duplicated),
     "inputs": swapped_inputs,

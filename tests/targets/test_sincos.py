@@ -31,13 +31,15 @@ def source(precision: str, trigonometry: str = "polynomial") -> str:
     real = precision
     names = [*ENTIRE, "sine", "cosine"] if trigonometry == "polynomial" else [*ENTIRE]
     text = "#include <math.h>\n#include <stddef.h>\n#include <stdint.h>\n"
-    text += helper_functions(precision, trigonometry, {*names, "sine_cosine"}) + "\n"
+    text += helper_functions(precision, trigonometry, {*names, "sine_cosine", "sines_cosines"}) + "\n"
     for name in names:
         head = f"void many_{name}(size_t n, const {real} *x, {real} *y)"
         text += f"{head};\n{head}\n{{\n    for (size_t i = 0; i < n; ++i) y[i] = {name}(x[i]);\n}}\n"
     if trigonometry == "polynomial":
         head = f"void many_pairs(size_t n, const {real} *x, {real} *s, {real} *c)"
         text += f"{head};\n{head}\n{{\n    for (size_t i = 0; i < n; ++i) sine_cosine(x[i], s + i, c + i);\n}}\n"
+        head = head.replace("many_pairs", "many_fours")
+        text += f"{head};\n{head}\n{{\n    sines_cosines(x, s, c, (int)n);\n}}\n"
     return text
 
 
@@ -123,6 +125,27 @@ def test_odd_and_even(kernel: tuple[str, ctypes.CDLL]) -> None:
     _, s, c = pairs(kernel, values)
     _, minus_s, minus_c = pairs(kernel, [-x for x in values])
     assert (s == -minus_s).all() and (c == minus_c).all()
+
+
+@pytest.mark.parametrize("cc", COMPILERS)
+@pytest.mark.parametrize("march", ["", "-march=native"])
+@PRECISIONS
+def test_four_at_a_time_have_the_bits_of_one(precision: str, march: str, cc: str, tmp_path: Path) -> None:
+    """In range, beyond it, near multiples of pi/2, zeros of both signs, infinities and NaN, in every lane."""
+    (tmp_path / "s.c").write_text(source(precision))
+    library = compile_library(tmp_path, ["s.c"], cc, ["-O3", *[march] * bool(march)])
+    rng = random.Random(7)
+    values = [rng.uniform(-(10.0**k), 10.0**k) for k in range(-9, 12) for _ in range(40)]
+    values += [k * math.pi / 2 for k in range(-40, 40)] + [0.0, -0.0, math.inf, -math.inf, math.nan, 1e-320, -1e30]
+    values += [float(BOUND[precision]) * sign for sign in (1, -1, 1.0001)]
+    rng.shuffle(values)
+    x = np.resize(np.array(values, TYPES[precision]), 4 * (len(values) // 4 + 1))
+    _, s, c = pairs((precision, library), x)
+    fours = np.empty_like(x), np.empty_like(x)
+    library.many_fours(ctypes.c_size_t(len(x)), pointer(x), pointer(fours[0]), pointer(fours[1]))
+    for one, four in zip((s, c), fours, strict=True):
+        same = (one == four) & (np.signbit(one) == np.signbit(four)) | np.isnan(one) & np.isnan(four)
+        assert same.all(), x[~same]
 
 
 @pytest.mark.skipif(which("clang") is None, reason="no clang")

@@ -80,7 +80,7 @@ def emit_c(name: str, programs: Sequence[Program], info: Info) -> Emitted:
     taken = Names([*HELPERS, *(s for row in names for s in row.all)])
     table = constant_table(kept, precision, taken)
     functions = _functions(info.options.trigonometry, precision)
-    bodies = [write_body(program, table, functions, taken.taken) for program in kept]
+    bodies = [write_body(program, table, functions, taken.taken, grouped=True) for program in kept]
     groups = _split([len(body.lines) for body in bodies])
     banner = _banner(name, info)
     files: dict[str, str] = {}

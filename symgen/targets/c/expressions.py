@@ -77,6 +77,7 @@ def call(function: str, argument: Expression) -> Expression:
 _UNARY = re.compile(r"(?:(?<=[=(,])|(?<=[=(,] )|(?<=[-+*/] ))-([A-Za-z_(])([A-Za-z0-9_]*)")
 _ARGUMENT = re.compile(r"\b(sine_cosine|sine|cosine|sinf?|cosf?)\(([^;]*?)(?:, &|\);)")
 _CALL = re.compile(r"\b(\w+)\(")
+_ANGLES = re.compile(r"\bangles\[\d+\] = \{([^}]*)\}")
 
 
 def count_operations(text: str, constants: Iterable[str]) -> Counts:
@@ -84,7 +85,8 @@ def count_operations(text: str, constants: Iterable[str]) -> Counts:
     a sine and a cosine of one argument count as one pair."""
     known = set(constants)
     negations = sum((head + rest) not in known for head, rest in _UNARY.findall(text))
-    pairs = {argument for _, argument in _ARGUMENT.findall(text)}
+    pairs = {argument for _, argument in _ARGUMENT.findall(text) if argument != "angles"}
+    pairs |= {angle.strip() for angles in _ANGLES.findall(text) for angle in angles.split(",")} - {"0.0", "0.0f"}
     calls = _CALL.findall(text)
     return Counts(
         add=text.count(" + ") + text.count(" - ") + negations,

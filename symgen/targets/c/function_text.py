@@ -22,6 +22,9 @@ _DEFINITION = re.compile(r"const (double|float) ([A-Za-z_]\w*) = ([^=]+)", re.AS
 _STORE = re.compile(r"([A-Za-z_]\w*)\[(\d+)\] = ([^=]+)", re.ASCII)
 _DECLARE_PAIR = re.compile(r"(double|float) ([A-Za-z_]\w*), ([A-Za-z_]\w*)", re.ASCII)
 _CALL_PAIR = re.compile(r"sine_cosine\(([^=,]+), &([A-Za-z_]\w*), &([A-Za-z_]\w*)\)", re.ASCII)
+_ANGLES = re.compile(r"const (double|float) angles\[(\d+)\] = \{([^{}=]+)\}", re.ASCII)
+_TABLES = re.compile(r"(double|float) sines\[(\d+)\], cosines\[(\d+)\]", re.ASCII)
+_CALL_ALL = re.compile(r"sines_cosines\(angles, sines, cosines, (\d+)\)", re.ASCII)
 _VOID = re.compile(r"\(void\)([A-Za-z_]\w*)", re.ASCII)
 _VOIDS = re.compile(r"(?:\s*\(void\)[A-Za-z_]\w*;)*", re.ASCII)
 _CLEAR_LOOP = re.compile(r"\s*for \(int i = 0; i < (\d+); \+\+i\) ([A-Za-z_]\w*)\[i\] = 0;", re.ASCII)
@@ -164,6 +167,10 @@ class FunctionReader:
         self.written: set[tuple[str, int]] = set()
         self.declared: list[str] = []
         self.cleared: list[str] = []
+        self.group: list[str] = []
+        self.angles: list[str] = []
+        self.padded = 0
+        self.turned: set[int] = set()
         self.literals: dict[Fraction, str] = {}
         self.used: set[str] = set()
         self.statements: list[tuple[str, str]] = []
@@ -187,6 +194,8 @@ class FunctionReader:
             self.statement(piece.strip())
         if self.declared:
             raise self.refuse(f"{self.declared[0]} is declared and never set")
+        if len(self.turned) != len(self.angles):
+            raise self.refuse("an angle whose sine and cosine are never read")
         for name in self.cleared:
             for entry in range(self.sizes[name]):
                 if (name, entry) not in self.written:
@@ -258,10 +267,31 @@ class FunctionReader:
             self.declared = [match[2], match[3]]
         elif (match := _CALL_PAIR.fullmatch(text)) and self.pair:
             self.read_pair(match[1], match[2], match[3])
+        elif (match := _ANGLES.fullmatch(text)) and self.pair:
+            self.read_angles(match[1], int(match[2]), match[3])
+        elif (match := _TABLES.fullmatch(text)) and self.group == ["angles"]:
+            self.check_type(match[1])
+            self.group.append(match[2] if match[2] == match[3] else "")
+        elif (match := _CALL_ALL.fullmatch(text)) and self.group == ["angles", match[1]]:
+            if int(match[1]) != self.padded:
+                raise self.refuse("sines and cosines of other angles than there are")
+            self.group.append("called")
         elif (match := _VOID.fullmatch(text)) and (match[1] in self.arrays or match[1] in self.known):
             pass
         else:
             raise self.refuse(f"not a statement of emitted C: {text[:80]!r}")
+
+    def read_angles(self, c_type: str, size: int, text: str) -> None:
+        """The table of angles whose sines and cosines are taken together; zeros fill it up to a multiple of four."""
+        self.check_type(c_type)
+        items = [" ".join(item.split()) for item in text.split(",")]
+        zero = "0.0f" if self.precision == "float" else "0.0"
+        while items and items[-1] == zero:
+            items.pop()
+        if self.group or size != len(items) + -len(items) % 4 or text.count(",") + 1 != size:
+            raise self.refuse("not a table of angles")
+        self.group, self.padded = ["angles"], size
+        self.angles = [self.expression(item) for item in items]
 
     def read_pair(self, text: str, sine: str, cosine: str) -> None:
         if self.declared != [sine, cosine]:
@@ -280,7 +310,7 @@ class FunctionReader:
     def define(self, name: str) -> None:
         if name in self.known or name in self.arrays or name in self.sizes or name in self.constants:
             raise self.refuse(f"{name} is defined twice")
-        if name in self.functions or name == "sine_cosine":
+        if name in self.functions or name in ("sine_cosine", "sines_cosines", "angles", "sines", "cosines"):
             raise self.refuse(f"{name} hides a function")
         self.known.add(name)
 
@@ -308,6 +338,11 @@ class FunctionReader:
             if name not in self.functions:
                 raise self.refuse(f"calls {name}")
             return f"f_{self.functions[name]}("
+        if name in ("sines", "cosines") and index is not None and len(self.group) == 3:
+            if not index.isdigit() or not int(index) < len(self.angles):
+                raise self.refuse(f"{name}[{index}] is not of one of the angles")
+            self.turned.add(int(index))
+            return f"f_{'sin' if name == 'sines' else 'cos'}({self.angles[int(index)]})"
         if index is not None:
             if not index.isdigit() or not int(index) < self.arrays.get(name, 0):
                 raise self.refuse(f"{name}[{index}] is not an entry of an input")

@@ -25,7 +25,7 @@ _INCLUDES = re.compile(r'\s*#include "(\w+)\.h"\n((?:#include <(?:math|stdint)\.
 _CONSTANT = re.compile(r"\s*static const (double|float) (\w+) = ([\w.+-]+);", re.ASCII)
 _FUNCTION = re.compile(r"\s*(void|int) (\w+)\(([^()]*)\)\n\{\n(.*?)\n\}\n", re.ASCII | re.DOTALL)
 _CALL = re.compile(r"\b([A-Za-z_]\w*)\(", re.ASCII)
-_FUNCTIONS = "sqrt sqrtf sin sinf cos cosf sine_cosine sine cosine cos_sqrt sinc_sqrt sinc3_sqrt"
+_FUNCTIONS = "sqrt sqrtf sin sinf cos cosf sines_cosines sine_cosine sine cosine cos_sqrt sinc_sqrt sinc3_sqrt"
 _MATH = frozenset(_FUNCTIONS.split())
 
 

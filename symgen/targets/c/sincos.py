@@ -60,13 +60,14 @@ def helper_functions(precision: str, trigonometry: str, called: Collection[str])
     text = ""
     numbers = _NUMBERS[precision]
     kernel = KERNELS[precision]
-    if built_in and (entire or {"sine_cosine", "sine", "cosine"} & set(called)):
+    if built_in and (entire or {"sines_cosines", "sine_cosine", "sine", "cosine"} & set(called)):
         words = [f"0x{word:08X}u" for word in (TWO_OVER_PI if precision == "double" else TWO_OVER_PI[:11])]
         text += render(f"c/reduce_{precision}.c.j2", words=words)
         text += render(
             "c/sine_cosine.c.j2",
             parts=called,
             ulps=ULPS[precision],
+            size=8 if precision == "double" else 4,
             half_pi=kernel.half_pi,
             sine_z=polynomial(kernel.sine, "z", _BREAK),
             cosine_z=polynomial(kernel.cosine, "z", _BREAK),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -36,6 +37,10 @@ class Functions:
     """The function that gives sine and cosine together, if there is one."""
 
 
+LANES = 4
+"""Angles come to a multiple of this."""
+GROUPED = 2
+"""From so many angles on their sines and cosines are taken together."""
 CLEARED = 16
 """An output with so many zeros, and half of it zeros, is set to zero by a loop first."""
 
@@ -56,10 +61,15 @@ class Body:
     counts: Counts
 
 
-def write_body(program: Program, table: ConstantTable, functions: Functions, taken: frozenset[str]) -> Body:
-    """The statements of ``program``. ``taken``: names of the file that a local one must not hide."""
+def write_body(
+    program: Program, table: ConstantTable, functions: Functions, taken: frozenset[str], grouped: bool = False
+) -> Body:
+    """The statements of ``program``. ``taken``: names of the file that a local one must not hide; ``grouped``: sines
+    and cosines that depend on no others are taken together."""
     writer = _Writer(program, table, functions, taken)
     writer.clear(program)
+    if grouped and functions.pair:
+        writer.group_angles()
     for index in range(len(program.instructions)):
         writer.step(index)
     writer.finish(program)
@@ -95,6 +105,7 @@ class _Writer:
         self.lines: list[tuple[str, str]] = []
         self.called: set[str] = set()
         self.cleared: set[str] = set()
+        self.stepped: set[int] = set()
         self.heading = ""
         self.temporaries = 0
         self.angles: dict[int, int] = {}
@@ -118,7 +129,48 @@ class _Writer:
             uses[self.roots[index][0]] += len(entries)
         return uses
 
+    def group_angles(self) -> None:
+        """One call for the sines and cosines of all angles that are plain functions of the inputs."""
+        wanted: dict[int, dict[str, int]] = {}
+        plain: list[bool] = []
+        for index, instruction in enumerate(self.instructions):
+            turning = instruction.op in ("cos", "sin", *ENTIRE)
+            plain.append(not turning and all(plain[k] for k in instruction.args))
+            if instruction.op in ("cos", "sin") and plain[instruction.args[0]]:
+                wanted.setdefault(instruction.args[0], {})[instruction.op] = index
+        if len(wanted) < GROUPED:
+            return
+        for index in self.cone(wanted):
+            self.step(index)
+        zero = f"0.0{self.table.precision.literal_suffix}"
+        angles = [self.at(argument).signed() for argument in wanted]
+        angles += [zero] * (-len(angles) % LANES)
+        real, size = self.table.precision.c_type, len(angles)
+        self.called.add("sines_cosines")
+        self.code("\n        ".join(_fill([f"const {real} angles[{size}] = {{" + ", ".join(angles) + "};"])), "")
+        self.code(f"{real} sines[{size}], cosines[{size}];", "")
+        self.code(f"sines_cosines(angles, sines, cosines, {size});", "")
+        for k, (argument, both) in enumerate(wanted.items()):
+            for op, index in sorted(both.items(), reverse=True):
+                name = self.trigonometric_name(index, self.at(argument))
+                self.code(f"const {real} {name} = {'sines' if op == 'sin' else 'cosines'}[{k}];", "")
+                self.expressions[index] = Expression(name)
+
+    def cone(self, roots: Iterable[int]) -> list[int]:
+        """Instructions that these depend on, themselves included, in order."""
+        found: set[int] = set()
+        stack = list(roots)
+        while stack:
+            index = stack.pop()
+            if index not in found:
+                found.add(index)
+                stack.extend(self.instructions[index].args)
+        return sorted(found)
+
     def step(self, index: int) -> None:
+        if index in self.stepped:
+            return
+        self.stepped.add(index)
         instruction = self.instructions[index]
         if instruction.op in ("cos", "sin"):
             self.write_trigonometry(index)
