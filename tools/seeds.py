@@ -80,9 +80,9 @@ MUJOCO = """\
       <body name="arm" pos="0.1 0 0" euler="0 0 0.5">
         <joint name="h" class="a" type="hinge" axis="0 1 0" pos="0 0 0.1" ref="0.1" range="-1 1" stiffness="2" springref="0.1"/>
         <joint name="s" type="slide" axis="1 0 0"/>
-        <inertial pos="0 0 0" quat="1 0 0.1 0" mass="1" fullinertia="0.1 0.1 0.1 0.01 0 0"/>
+        <inertial pos="0 0 0" mass="1" fullinertia="0.1 0.1 0.1 0.01 0 0"/>
         <site name="tip" pos="0 0 1"/>
-        <body><joint type="ball"/><geom type="sphere" size="0.1" density="1000"/></body>
+        <body quat="1 0 0.1 0"><joint type="ball"/><geom type="sphere" size="0.1" density="1000"/></body>
       </body>
     </body>
   </worldbody>

@@ -190,7 +190,7 @@ def test_symbols_that_would_clash_are_kept_apart() -> None:
     joints = tuple(replace(j, name=name) for j, name in zip(scene.joints, names, strict=True))
     system = derive(Scene("clash", scene.bodies, joints))
     symbols = system_symbols(system.scene, system.tree)
-    assert [symbol.name for symbol in symbols.q] == ["theta_a_1", "theta_a_2", "theta_a_1_", "theta_j1"]
+    assert [symbol.name for symbol in symbols.q] == ["theta_a_1", "theta_a_2", "theta_a_1_2", "theta_j1"]
 
 
 def test_a_wrong_mass_is_seen() -> None:

@@ -89,7 +89,7 @@ def system_symbols(scene: Scene, tree: Tree) -> Symbols:
     joints = sanitise(body.joint.name for body in tree.bodies)
     rows: list[tuple[str, str]] = []
     for body in tree.bodies:
-        joint, kind = joints[body.joint.name].rstrip("_"), body.joint.type
+        joint, kind = joints[body.joint.name].strip("_"), body.joint.type
         convention = scene.options.base_velocity
         efforts = EFFORTS.get(kind, ("tau_{j}",) * JOINT_TYPES[kind].nv)
         velocities, accelerations = _rates(kind, 1, convention), _rates(kind, 2, convention)
@@ -100,9 +100,10 @@ def system_symbols(scene: Scene, tree: Tree) -> Symbols:
     groups: dict[str, list[sympy.Symbol]] = {"q": [], "v": [], "a": [], "tau": [], "dt": [], "p": []}
     taken: set[str] = set()
     for group, wanted in rows:
-        name = wanted
-        while name in taken:
-            name += "_"
+        name, count = wanted, 1
+        while name in taken:  # numbered, because printers leave out underscores at the ends
+            count += 1
+            name = f"{wanted}_{count}"
         taken.add(name)
         groups[group].append(sympy.Symbol(name))
     q, v, a, tau, p = (tuple(groups[group]) for group in ("q", "v", "a", "tau", "p"))
@@ -120,7 +121,7 @@ def _parameter(parameter: Parameter) -> list[str]:
 
 def _plain(name: str) -> str:
     """An identifier without the underscore that keeps C's reserved words (``j1``, ``free``) apart."""
-    return identifier(name).rstrip("_")
+    return identifier(name).strip("_")
 
 
 @dataclass(frozen=True)
