@@ -110,8 +110,8 @@ def shown_flops(f: Record) -> str:
 def shown_seconds(f: Record) -> str:
     if "derive_s" not in f:
         return f"– ({f['error']})" if "error" in f else "–"
-    made = f["derive_s"] + f["emit_s"] + f["certify_s"]
-    return f"{made:.2f} / {text(f.get('compile_O2_s'), '.1f')} / {text(f.get('compile_O3_s'), '.1f')}"
+    made = " + ".join(f"{f[key]:.2f}" for key in ("derive_s", "emit_s", "certify_s"))
+    return f"{made} / {text(f.get('compile_O2_s'), '.1f')} / {text(f.get('compile_O3_s'), '.1f')}"
 
 
 def shown_difference(f: Record) -> str:
@@ -131,10 +131,10 @@ def table(title: str, robots: list[Record], show: Callable[[Record], str]) -> li
     return lines + ["| " + " | ".join(row) + " |" for row in rows]
 
 
-def markdown(robots: list[Record]) -> str:
+def markdown(title: str, robots: list[Record]) -> str:
     head = ("robot", "what", "nq", "nv", "functions", "worst difference", "of derivatives",
             "derive + emit + certify, s", "gcc -O2, s", "gcc -O3, s", "note")  # fmt: skip
-    lines = ["# Robots", "", "| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
+    lines = [title, "", "| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
     for robot in robots:
         functions = robot["functions"]
         made = sum(f.get(key) or 0 for f in functions for key in ("derive_s", "emit_s", "certify_s"))
@@ -168,7 +168,8 @@ def write(out: Path, name: str, robots: list[Record]) -> None:
             common = {"robot": robot["robot"], "nq": robot.get("nq"), "nv": robot.get("nv")}
             for function in robot["functions"] or [{"error": robot["error"]}]:
                 writer.writerow({**common, **function})
-    (out / f"{name}.md").write_text(markdown(robots), encoding="utf-8")
+    title = "# Random trees" if name == "scaling" else "# Robots"
+    (out / f"{name}.md").write_text(markdown(title, robots), encoding="utf-8")
 
 
 def earlier(path: Path) -> list[Record]:
