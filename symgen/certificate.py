@@ -20,10 +20,11 @@ from symgen.algebra.field import MERSENNE_61, FieldNumbers, NotInField, Residue,
 from symgen.algebra.linear import dot
 from symgen.algebra.numbers import State
 from symgen.catalogue import output_ports, row_of, sizes, split_row
-from symgen.errors import CertificateError
+from symgen.errors import CertificateError, SceneError, SymgenError
 from symgen.literal.equations import Literal
 from symgen.plans.build import flatten
 from symgen.plans.walk import Lowered
+from symgen.program.evaluate import evaluate_residues
 from symgen.program.instructions import Program
 from symgen.scene.model import Output
 from symgen.system import System
@@ -220,9 +221,22 @@ class Certifier:
             except NotInField:
                 continue
             return
-        raise CertificateError(
-            f"{output.name}: at no point of GF(p) do all its divisions and roots exist; is the mass matrix singular at "
-            "every configuration (a massless body that nothing holds), or a spring's length zero?"
+        raise self._nowhere(output, program, p)
+
+    def _nowhere(self, output: Output, program: Program, p: int) -> SymgenError:
+        """Why there is no point: the scene, where what was derived has no value anywhere either, else the text."""
+        for attempt in range(ATTEMPTS):
+            numbers, inputs, _ = self._point(p, attempt)
+            try:
+                evaluate_residues(program, numbers, inputs | self._further(program, inputs, p))
+            except NotInField:
+                continue
+            return CertificateError(f"{output.name}: what was emitted has a value at no point of GF(p)")
+        scene = self.system.scene
+        return SceneError(
+            f"{output.name} has no value at any configuration: the mass matrix is singular (a point mass or a massless "
+            "body that nothing else holds), or a spring's length is zero",
+            scene.source or scene.name,
         )
 
 
