@@ -8,7 +8,7 @@ from typing import Any
 
 from symgen.targets.c.templates import render
 
-SHIM = "symgen_shim.c"
+SHIM = "symgen-shim.c"
 
 
 def shim_symbol(function: Mapping[str, Any]) -> str:
