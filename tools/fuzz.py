@@ -23,7 +23,7 @@ import sys
 import tempfile
 import time
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
@@ -204,9 +204,19 @@ def installed_robots() -> list[Path]:
 
 
 def fuzz(
-    inputs: int, seed: int, limit: float, generate: int, files: list[Path], keep: Path | None = None, size: int = 0
+    inputs: int,
+    seed: int,
+    limit: float,
+    generate: int,
+    files: Sequence[Path] = (),
+    keep: Path | None = None,
+    size: int = 0,
+    kinds: Sequence[str] = tuple(KINDS),
 ) -> Tally:
-    """``inputs`` mutated files of every kind, and (``size`` > 0) the hostile documents of about ``size`` bytes."""
+    """``inputs`` mutated files of every kind, and (``size`` > 0) the hostile documents of about ``size`` bytes.
+
+    Every ``generate``-th file goes to the command line too; files that make trouble are copied into ``keep``.
+    """
     tally = Tally()
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
@@ -225,9 +235,10 @@ def fuzz(
 
         if size:
             for name, data in hostile_documents(size).items():
-                one(Path(name).suffix, f"hostile {name} {size}", data, generate > 0)
-        for kind, seeds in corpus(files).items():
-            for k in range(inputs):
+                if Path(name).suffix in kinds:
+                    one(Path(name).suffix, f"hostile {name} {size}", data, generate > 0)
+        for kind, seeds in corpus(list(files)).items():
+            for k in range(inputs if kind in kinds else 0):
                 rng = random.Random(f"{seed} {kind} {k}")
                 name, data = rng.choice(seeds)
                 one(kind, f"{seed} {k} {name}", mutate(data, rng), generate > 0 and k % generate == 0)
@@ -245,9 +256,19 @@ def main() -> int:
     )
     parser.add_argument("--size", type=int, default=1_000_000, help="bytes of the long hostile documents (0: none)")
     parser.add_argument("--keep", type=Path, help="folder for the files that make trouble")
+    parser.add_argument("--kind", action="append", choices=list(KINDS), help="only this kind of file (more than once)")
     given = parser.parse_args()
     os.environ.pop("SYMGEN_DEBUG", None)
-    tally = fuzz(given.inputs, given.seed, given.limit, given.generate, given.files, given.keep, given.size)
+    tally = fuzz(
+        given.inputs,
+        given.seed,
+        given.limit,
+        given.generate,
+        given.files,
+        given.keep,
+        given.size,
+        given.kind or tuple(KINDS),
+    )
     print(tally.text())
     return 1 if tally.findings else 0
 
