@@ -122,19 +122,20 @@ def move(peer: Pinocchio, q: Array, direction: Array, t: float) -> Array:
 
 
 def inverse_dynamics_second_derivatives(peer: Pinocchio, s: State, frame: str = "") -> tuple[Array, ...]:
-    """Pinocchio's first derivatives, differentiated by extrapolated central differences."""
+    """Pinocchio's first derivatives: differenced in q (extrapolated) and in v (quadratic: exact), and as they are for
+    unit accelerations, in which they are linear."""
     n = peer.mechanism.nv
     dqdq, dqdv, dvdv, dadq = (np.zeros((n, n, n)) for _ in range(4))
+    rest, _, _ = inverse_dynamics_gradient(peer, s._replace(v=np.zeros(n), a=np.zeros(n)))
     for k, unit in enumerate(np.eye(n)):
 
         def along(t: float, unit: Array = unit) -> Array:
-            by_q, _, by_a = inverse_dynamics_gradient(peer, s._replace(q=move(peer, s.q, unit, t)))
-            return np.array([by_q, by_a])
+            return inverse_dynamics_gradient(peer, s._replace(q=move(peer, s.q, unit, t)))[0]
 
-        dqdq[:, :, k], dadq[:, :, k] = derivative(along)
-        # Quadratic in v: central differences are exact.
+        dqdq[:, :, k] = derivative(along)
         more, less = (inverse_dynamics_gradient(peer, s._replace(v=s.v + t * unit)) for t in (1.0, -1.0))
         dqdv[:, :, k], dvdv[:, :, k] = ((more[i] - less[i]) / 2.0 for i in (0, 1))
+        dadq[:, k, :] = inverse_dynamics_gradient(peer, s._replace(v=np.zeros(n), a=unit))[0] - rest
     return dqdq, dqdv, dvdv, dadq
 
 
