@@ -9,6 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from symgen.cli import run
 from symgen.errors import SceneError, SymgenError
 from symgen.scene.load import load
 from tools import fuzz
@@ -127,9 +128,8 @@ def test_the_judge_sees_debris(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     def debris(arguments: list[str]) -> int:
         (tmp_path / "out").mkdir()
         (tmp_path / "out" / "good.c").touch()
-        return fuzz_run(arguments)
+        return run(arguments)
 
-    fuzz_run = fuzz.run
     assert fuzz.check_command(path, False, LIMIT).verdict == "generate 2"
     monkeypatch.setattr(fuzz, "run", debris)
     assert fuzz.check_command(path, False, LIMIT).finding == "a folder without success"

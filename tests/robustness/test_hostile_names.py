@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 from collections import Counter
+from collections.abc import Callable
 from html.parser import HTMLParser
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
@@ -249,7 +250,7 @@ def test_a_scene_and_its_parts_take_identifiers_only(name: str) -> None:
     def builder(body: str = "b", joint: str = "j") -> SceneBuilder:
         return SceneBuilder("x").body(body).joint(joint, "revolute", "ground", body, axis=(1, 0, 0))
 
-    wrong = [
+    wrong: list[Callable[[], symgen.Scene]] = [
         lambda: pendulum(name),
         lambda: builder(body=name).build(),
         lambda: builder(joint=name).build(),

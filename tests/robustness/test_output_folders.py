@@ -250,7 +250,7 @@ def test_the_command_ended_at_any_moment(number: int, seconds: float, tmp_path: 
         return
     expected = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGKILL: -9}[signal.Signals(number)]
     if process.returncode == expected and number != signal.SIGKILL:
-        assert said.count("\n") == 1 and not scratch(tmp_path)
+        assert said.strip().count("\n") == 0 and not scratch(tmp_path)  # click begins a new line after ^C
         assert [path.name for path in tmp_path.iterdir()] == ["out"]
     after = Artifact(out).manifest["functions"][0]["name"]
     assert after == "bias_force" or contents(out) == before
