@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from tools.robots import main
+
 ROOT = Path(__file__).resolve().parents[2]
 ROBOT = """<robot name="two">
   <link name="base"/>
@@ -45,8 +47,10 @@ def test_table_of_one_robot_and_one_failure(tmp_path: Path) -> None:
     assert "| two |" in (tmp_path / "out" / "robots.md").read_text()
 
 
-def test_unknown_robot_is_refused(tmp_path: Path) -> None:
-    status, said = run("no_such_robot", f"--out={tmp_path}/out")
-    assert status == 2
-    assert "double_pendulum" in said
+def test_unknown_robot_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["robots", "no_such_robot", f"--out={tmp_path}/out"])
+    assert main() == 2
+    assert "double_pendulum" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
