@@ -24,6 +24,7 @@ from symgen.errors import CertificateError, SceneError, SymgenError
 from symgen.literal.equations import Literal
 from symgen.plans.build import flatten
 from symgen.plans.walk import Lowered
+from symgen.program.angles import register_sums
 from symgen.program.evaluate import evaluate_residues
 from symgen.program.instructions import Program
 from symgen.scene.model import Output
@@ -213,7 +214,9 @@ class Certifier:
         for attempt in range(ATTEMPTS):
             numbers, inputs, literal = self._point(p, attempt)
             inputs = inputs | self._further(program, inputs, p)
+            _ = literal.at  # the angles of the joints come first: the sums that the program takes are made of them
             try:
+                register_sums(program, numbers, inputs)
                 results = [(candidate, candidate.evaluate(numbers, inputs)) for candidate in candidates]
                 for candidate, values in results:
                     found = _Outputs(values, p, inputs, self.system.lowered)

@@ -88,6 +88,8 @@ class FieldNumbers:
     p: int = MERSENNE_61
     seed: int = 0
     _known: dict[tuple[str, int], int] = field(default_factory=dict, compare=False, repr=False)
+    _sums: dict[int, tuple[int, int]] = field(default_factory=dict, compare=False, repr=False)
+    """Angles whose cosine and sine follow from those of others by the addition theorem."""
 
     def const(self, value: Fraction | int) -> Residue:
         if isinstance(value, int):
@@ -103,12 +105,27 @@ class FieldNumbers:
             found = self._known[key] = int.from_bytes(hashlib.blake2b(text, digest_size=16).digest(), "big") % self.p
         return found
 
+    def angle_known(self, x: int) -> bool:
+        """True when the cosine and sine of x have been asked for, or follow from others."""
+        return x in self._sums or ("angle", min(x, self.p - x)) in self._known
+
+    def add_angles(self, x: int, y: int) -> None:
+        """From now on the cosine and sine of x + y are what the addition theorem makes of those of x and y."""
+        p, total = self.p, (x + y) % self.p
+        if total == 0 or self.angle_known(total):
+            return
+        cx, sx, cy, sy = (self.apply(name, z) for z in (x, y) for name in ("cos", "sin"))
+        c, s = (cx * cy - sx * sy) % p, (sx * cy + cx * sy) % p
+        self._sums[total], self._sums[p - total] = (c, s), (c, -s % p)
+
     def apply(self, function: str, x: int) -> int:
         """The value of a named function (``cos``, ``sqrt``, …) at residue x, as an int."""
         p = self.p
         if function in ("cos", "sin"):
             if x == 0:
                 return 1 if function == "cos" else 0
+            if x in self._sums:
+                return self._sums[x][function == "sin"]
             magnitude = min(x, p - x)
             t = self.random("angle", magnitude)
             scale = inverse(1 + t * t, p)

@@ -49,6 +49,8 @@ class Family:
     literal: bool = False
     regrouped: bool = True
     articulated: bool = False
+    merged: bool = False
+    """Links along parallel axes share axes."""
     differentiated: bool = False
     """Derivatives by differentiating the graph of what is derived, instead of by an algorithm of their own."""
 
@@ -57,6 +59,7 @@ class Family:
         if self.literal:
             return "literal"
         found = " + ".join(dict.fromkeys(self._name(row) for row in output.of))
+        found = f"{found}, parallel axes merged" if self.merged else found
         return found if self.regrouped else f"{found}, inertia as given"
 
     def _name(self, row: str) -> str:
@@ -78,6 +81,8 @@ class Family:
         words = ["body axes"]
         if not rows <= EITHER_WAY:
             words.append("inertia regrouped" if self.regrouped else "inertia as given")
+        if self.merged:
+            words.append("axes shared along parallel joints")
         if self.differentiated:
             words.append("every tangent of the graph")
         elif any(innermost(row) in SOLVED for row in output.of):
@@ -161,7 +166,15 @@ class Builder:
 
     @cached_property
     def links(self) -> Links:
+        """Links in axes that are fixed in them."""
         return self.lowered.at(self.values, self.state.q, self.family.regrouped)
+
+    @cached_property
+    def shared(self) -> Links:
+        """Links in the axes that the family computes dynamics in."""
+        if not self.family.merged:
+            return self.links
+        return self.lowered.at(self.values, self.state.q, self.family.regrouped, merged=True)
 
     @cached_property
     def still(self) -> list[int]:
@@ -192,7 +205,7 @@ class Builder:
     def mass_matrix(self) -> Sequence[Sequence[Scalar]]:
         if self.family.literal:
             return self.literal.mass_matrix()
-        m = self.reduce_matrix(composite.mass_matrix(self.links))
+        m = self.reduce_matrix(composite.mass_matrix(self.shared))
         for i, extra in enumerate(self.armature):
             m[i][i] = add(m[i][i], extra)
         return m
@@ -222,7 +235,7 @@ class Builder:
         return self.lowered.reduce_matrix(self.values, matrix)
 
     def inverse_dynamics(self, a: Sequence[Scalar]) -> Vec:
-        tau = self.reduce(recursive.inverse_dynamics(self.links, self.v, self.rates(a), self.values.gravity()))
+        tau = self.reduce(recursive.inverse_dynamics(self.shared, self.v, self.rates(a), self.values.gravity()))
         motors = tuple(mul(extra, x) for extra, x in zip(self.armature, a, strict=True))
         return vadd(vadd(tuple(tau), motors), self.passive())
 
@@ -234,7 +247,7 @@ class Builder:
     def factored(self) -> factor.Factored:
         """LᵀDL of the mass matrix; its pivots are guarded."""
         with self.graph.phase("factor: LᵀDL"):
-            found = factor.factor(self.links, self.mass_matrix)
+            found = factor.factor(self.shared, self.mass_matrix)
         self.guard(found.pivots)
         return found
 
@@ -248,7 +261,7 @@ class Builder:
         if not self.family.articulated:
             with self.graph.phase("solve"):
                 return self.factored.solve(rest)
-        x, pivots = factor.solve_articulated(self.links, self.armature, rest)
+        x, pivots = factor.solve_articulated(self.shared, self.armature, rest)
         self.guard(pivots)
         return x
 
@@ -282,17 +295,17 @@ class Builder:
 
     def kinetic_energy(self) -> Scalar:
         motors = total(mul(extra, mul(rate, rate)) for extra, rate in zip(self.armature, self.state.v, strict=True))
-        return half(add(coriolis.twice_kinetic_energy(self.links, self.v), motors))
+        return half(add(coriolis.twice_kinetic_energy(self.shared, self.v), motors))
 
     def potential_energy(self) -> Scalar:
         springs = self.literal.spring_energy()
-        return coriolis.gravity_energy(self.links, self.values.gravity()) + springs
+        return coriolis.gravity_energy(self.shared, self.values.gravity()) + springs
 
 
 PLANNED: dict[str, Callable[[Builder], Any]] = {
     "mass_matrix": lambda b: b.mass_matrix,
-    "coriolis_matrix": lambda b: b.reduce_matrix(coriolis.coriolis_matrix(b.links, b.v)),
-    "gravity_force": lambda b: b.reduce(coriolis.gravity_force(b.links, b.values.gravity())),
+    "coriolis_matrix": lambda b: b.reduce_matrix(coriolis.coriolis_matrix(b.shared, b.v)),
+    "gravity_force": lambda b: b.reduce(coriolis.gravity_force(b.shared, b.values.gravity())),
     "bias_force": lambda b: b.bias_force,
     "inverse_dynamics": lambda b: b.inverse_dynamics(b.state.a),
     "forward_dynamics": lambda b: b.forward_dynamics,
@@ -349,6 +362,18 @@ def families_of(output: Output, tree: Tree) -> tuple[Family, ...]:
         and (derivatives or not family.differentiated)
         and (literal or not family.literal)
     )
+
+
+MERGED = frozenset({
+    "mass_matrix", "coriolis_matrix", "gravity_force", "bias_force", "inverse_dynamics", "forward_dynamics",
+    "mass_matrix_inverse", "inverse_dynamics_derivatives", "forward_dynamics_derivatives", "kinetic_energy",
+    "inverse_dynamics_second_derivatives",
+})  # fmt: skip
+"""Rows that gain where parallel axes are merged."""
+
+
+def output_merges(output: Output) -> bool:
+    return any(innermost(row) in MERGED for row in output.of)
 
 
 def innermost(row: str) -> str:

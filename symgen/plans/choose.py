@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from symgen.catalogue import split_row
 from symgen.natural.layout import NaturalCoordinates
-from symgen.plans.build import FAMILIES, Family, build, families_of
-from symgen.plans.walk import Lowered
+from symgen.plans.build import FAMILIES, Family, build, families_of, output_merges
+from symgen.plans.walk import Lowered, lagging
 from symgen.program.instructions import Counts, Program, count
 from symgen.scene.model import Output
 from symgen.topology.tree import Tree
@@ -21,6 +22,11 @@ LITERAL_SUMS = frozenset({"gravity_force", "potential_energy"})
 SMALL = 12
 """Up to so many velocities literal sums and every way to group constant inertias are weighed, the rest counted when
 asked for."""
+
+
+MERGING_PAYS = 0.97
+"""Merged axes must save so much: their sums of angles and turned inertias live longer in registers than what they
+save."""
 
 
 @dataclass(frozen=True)
@@ -76,9 +82,30 @@ def choose(lowered: Lowered, natural: NaturalCoordinates, output: Output, every:
             programs[family] = build(lowered, natural, output, family)
     weighed = [family for family in families if family not in passed]
     best = min(weighed, key=lambda family: (cost(count(programs[family])), FAMILIES.index(family)))
-    others = [programs[family] for family in weighed if family.differentiated != best.differentiated]
+    merged = _merged(lowered, output, best, weighed)
+    if merged:
+        programs.update((family, build(lowered, natural, output, family)) for family in merged)
+        families = (*families, *merged)
+        rival = min(merged, key=lambda family: cost(count(programs[family])))
+        if cost(count(programs[rival])) <= MERGING_PAYS * cost(count(programs[best])):
+            best = rival
+    others = [
+        program
+        for family, program in programs.items()
+        if family not in passed and family.differentiated != best.differentiated and family.merged <= best.merged
+    ]
     rows = tuple(_choice(output, family, best, programs, passed) for family in families)
     return Choice(programs[best], rows, tuple(others[:1]))
+
+
+def _merged(lowered: Lowered, output: Output, best: Family, weighed: Sequence[Family]) -> list[Family]:
+    """Families with parallel axes merged that are weighed beside the others: of the best one, in small scenes of all
+    that regroup inertia."""
+    if best.literal or not output_merges(output) or not lagging(lowered.links):
+        return []
+    small = lowered.tree.nv <= SMALL
+    chosen = [family for family in weighed if small and family.regrouped and not family.literal]
+    return [replace(family, merged=True) for family in chosen or [best]]
 
 
 def _reason_to_skip(family: Family, lowered: Lowered, output: Output, programs: dict[Family, Program]) -> str:
@@ -111,4 +138,6 @@ def _choice(
     own, least = cost(counts), cost(count(programs[best]))
     unweighed = ", not weighed at this size" if family in passed else ""
     compared = f"{own / least:.2f} times the cost" if least else "the chosen one is free" if own else "free too"
+    if family.merged and own < least:
+        compared = f"{own / least:.2f} times the cost, too little gained for values that live longer"
     return PlanChoice(name, counts, False, f"{compared}{unweighed}: {explanation}")

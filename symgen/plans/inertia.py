@@ -11,7 +11,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from symgen.algebra.linear import ZERO, Mat, Vec, add, dot, matmul, matvec, mul, scale, sub, symmetric, transpose, vadd
+from symgen.algebra.linear import (
+    ZERO,
+    Mat,
+    Vec,
+    add,
+    dot,
+    is_zero,
+    matmul,
+    matvec,
+    mul,
+    scale,
+    sub,
+    symmetric,
+    transpose,
+    vadd,
+)
 from symgen.natural.mass import pseudo_inertia
 from symgen.plans.links import BALL, SLIDE, TURN, Link
 from symgen.topology.tree import Tree
@@ -77,8 +92,20 @@ def rotate_second(turn: Mat, second: Six) -> Six:
     return (entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2))
 
 
+def turn_vector(c: Scalar, s: Scalar, x: Vec) -> Vec:
+    """A vector turned about z by the angle of (c, s)."""
+    return (sub(mul(c, x[0]), mul(s, x[1])), add(mul(s, x[0]), mul(c, x[1])), x[2])
+
+
+def turn_back(c: Scalar, s: Scalar, x: Vec) -> Vec:
+    """A vector turned back about z by the angle of (c, s)."""
+    return (add(mul(c, x[0]), mul(s, x[1])), sub(mul(c, x[1]), mul(s, x[0])), x[2])
+
+
 def turn_second(c: Scalar, s: Scalar, second: Six) -> Six:
     """Σ turned about z by the angle of (c, s): with u = c(Σxx − Σyy) − 2sΣxy, ten operations and a plane rotation."""
+    if is_zero(s):
+        return second
     xx, yy, zz, xy, xz, yz = second
     u = sub(mul(c, sub(xx, yy)), mul(s, mul(2, xy)))
     return (

@@ -46,7 +46,7 @@ def inverse_dynamics(b: Builder, a: Sequence[Scalar]) -> tuple[Matrix, Matrix]:
     if b.family.differentiated:
         tau = b.inverse_dynamics(b.state.a)
         return jacobian(b, tau, "q"), jacobian(b, tau, "v")
-    found = inverse_dynamics_derivatives(b.links, b.v, b.rates(a), b.values.gravity())
+    found = inverse_dynamics_derivatives(b.shared, b.v, b.rates(a), b.values.gravity())
     passive = b.passive()
     by_position = _plus(b.reduce_matrix(found.by_position), jacobian(b, passive, "q"))
     return by_position, _plus(b.reduce_matrix(found.by_velocity), jacobian(b, passive, "v"))

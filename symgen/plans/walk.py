@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, TypeVar
@@ -17,6 +17,7 @@ from symgen.algebra.linear import (
     Vec,
     add,
     cross,
+    is_zero,
     matmul,
     matvec,
     mul,
@@ -33,7 +34,9 @@ from symgen.plans.inertia import (
     regroup,
     rotate_second,
     shift,
+    turn_back,
     turn_second,
+    turn_vector,
 )
 from symgen.plans.links import BALL, FREE, SCREW, SLIDE, TURN, Link, lower
 from symgen.scene.model import Scene
@@ -63,34 +66,33 @@ class Moving:
     angular: Scalar
     linear: Scalar
     """Motion subspace of a one-dof link along z: angular part (0 or 1) and linear part (0, 1 or the pitch)."""
+    outer: tuple[Scalar, Scalar] | None = None
+    """Cosine and sine of a turn about the parent's z that comes before everything: the parent's axes lag behind it."""
+    angle: Scalar = None
+    """How far the link's body is turned about z from these axes, where they lag behind it (see `lagging`)."""
 
     def to_link(self, x: Vec) -> Vec:
         """A vector of the parent's axes in link axes."""
         if self.whole is not None:
             return vecmat(x, self.whole)
-        y = vecmat(x, self.turn)
-        if self.link.kind == SLIDE:
-            return y
-        c, s = self.c, self.s
-        return (add(mul(c, y[0]), mul(s, y[1])), sub(mul(c, y[1]), mul(s, y[0])), y[2])
+        if self.outer is not None:
+            x = turn_back(*self.outer, x)
+        return turn_back(self.c, self.s, vecmat(x, self.turn))
 
     def to_parent(self, x: Vec) -> Vec:
         """A vector of link axes in the parent's axes."""
         if self.whole is not None:
             return matvec(self.whole, x)
-        if self.link.kind != SLIDE:
-            c, s = self.c, self.s
-            x = (sub(mul(c, x[0]), mul(s, x[1])), add(mul(s, x[0]), mul(c, x[1])), x[2])
-        return matvec(self.turn, x)
+        x = matvec(self.turn, turn_vector(self.c, self.s, x))
+        return x if self.outer is None else turn_vector(*self.outer, x)
 
     def second_to_parent(self, second: Six) -> Six:
         """A symmetric matrix of link axes in the parent's axes."""
         if self.link.kind in (BALL, FREE):
             assert self.whole is not None
             return rotate_second(self.whole, second)
-        if self.link.kind != SLIDE:
-            second = turn_second(self.c, self.s, second)
-        return rotate_second(self.turn, second)
+        second = rotate_second(self.turn, turn_second(self.c, self.s, second))
+        return second if self.outer is None else turn_second(*self.outer, second)
 
     def matrix_to_parent(self, m: Mat) -> Mat:
         """E m Eᵀ of a general matrix."""
@@ -164,7 +166,59 @@ class Links:
         return tuple(found)
 
 
-def _place(link: Link, values: Values, q: Sequence[Scalar]) -> Moving:
+def lagging(links: Sequence[Link]) -> frozenset[int]:
+    """Turning links followed by one about a parallel axis. Their axes may stay behind with the parent's: then nothing
+    has to be turned from one to the next, only what is constant in the body (its inertia, its children's places), by
+    the sum of the angles so far."""
+    return frozenset(
+        link.parent
+        for link in links
+        if _parallel(link) and links[link.parent].kind == TURN and _sparse(links[link.parent])
+    )
+
+
+def _parallel(link: Link) -> bool:
+    """A turn about an axis parallel to its parent's (the same way or the other)."""
+    return link.kind == TURN and link.parent >= 0 and not link.loose and abs(link.turn[2][2]) == 1 and _sparse(link)
+
+
+def _sparse(link: Link) -> bool:
+    return not link.loose and sum(1 for row in link.turn for x in row if x != 0) <= 5
+
+
+def _place(link: Link, values: Values, q: Sequence[Scalar], parent: Moving | None, behind: frozenset[int]) -> Moving:
+    """A link at a state; the axes of the links in ``behind`` lag."""
+    angle = None if parent is None else parent.angle
+    numbers = values.numbers
+    if angle is None and link.index not in behind:
+        return _place_freely(link, values, q)
+    own = q[link.q] if link.kind == TURN else None
+    if angle is not None and _parallel(link):
+        own = add(own, angle) if link.turn[2][2] == 1 else sub(own, angle)
+    outer = None if angle is None else (numbers.cos(angle), numbers.sin(angle))
+    if link.index in behind:
+        turn, offset = values.matrix(link.turn), values.vector(link.offset)
+        before = None if _parallel(link) else outer
+        found = Moving(link, turn, True, 1, 0, None, offset, 1, 0, outer=before, angle=own)
+    elif link.kind == TURN and _parallel(link):
+        turn, offset = values.matrix(link.turn), values.vector(link.offset)
+        found = Moving(link, turn, True, numbers.cos(own), numbers.sin(own), None, offset, 1, 0)
+    else:
+        found = _place_freely(link, values, q)
+        if outer is not None:
+            found = _turned_before(found, outer)
+    return found if outer is None else replace(found, offset=turn_vector(*outer, found.offset))
+
+
+def _turned_before(found: Moving, outer: tuple[Scalar, Scalar]) -> Moving:
+    """The parent's axes lag: everything is turned by ``outer`` about its z."""
+    if found.whole is None:
+        return replace(found, outer=outer)
+    c, s = outer
+    return replace(found, whole=matmul(((c, sub(0, s), 0), (s, c, 0), (0, 0, 1)), found.whole), outer=outer)
+
+
+def _place_freely(link: Link, values: Values, q: Sequence[Scalar]) -> Moving:
     numbers, turn, offset = values.numbers, values.matrix(link.turn), values.vector(link.offset)
     if link.kind == BALL:
         whole = matmul(turn, quaternion_rotation(tuple(q[link.q : link.q + 4])))
@@ -182,7 +236,7 @@ def _place(link: Link, values: Values, q: Sequence[Scalar]) -> Moving:
         assert link.joint.pitch is not None
         linear = values.lift(link.joint.pitch)
         offset = vadd(offset, scale(mul(linear, position), along))
-    sparse = sum(1 for row in link.turn for x in row if x != 0) <= 5
+    sparse = sum(1 for row in turn for x in row if not is_zero(x)) <= 5
     whole_matrix = None
     if not sparse:
         rz: Mat = ((c, sub(0, s), 0), (s, c, 0), (0, 0, 1))
@@ -261,13 +315,27 @@ class Lowered:
         columns = zip(*self.reduce_columns(values, matrix), strict=True)
         return [list(row) for row in zip(*(self.reduce(values, column) for column in columns), strict=True)]
 
-    def at(self, values: Values, q: Sequence[Scalar], regrouped: bool = True) -> Links:
+    def at(self, values: Values, q: Sequence[Scalar], regrouped: bool = True, merged: bool = False) -> Links:
         """The links at the coordinates q. With ``regrouped``, inertial parameters that joints cannot feel are moved to
-        parents first (the numbers are the same, the operations fewer)."""
+        parents first (the numbers are the same, the operations fewer). With ``merged``, links along parallel axes share
+        axes (see `lagging`): link axes are then not fixed in the bodies."""
         inertias, ground = self.inertias(values, regrouped)
         positions = self.joint_positions(values, q)
-        moving = tuple(_place(link, values, positions) for link in self.links_at(values))
-        return Links(self.tree, values, moving, tuple(inertias), ground)
+        links = self.links_at(values)
+        behind = lagging(links) if merged else frozenset()
+        moving: list[Moving] = []
+        for link in links:
+            moving.append(_place(link, values, positions, moving[link.parent] if link.parent >= 0 else None, behind))
+            if link.index in behind:
+                inertias[link.index] = _turned_inertia(inertias[link.index], moving[-1], values)
+        return Links(self.tree, values, tuple(moving), tuple(inertias), ground)
+
+
+def _turned_inertia(inertia: Inertia, at: Moving, values: Values) -> Inertia:
+    """A body's inertia in axes that lag behind it."""
+    c, s = values.numbers.cos(at.angle), values.numbers.sin(at.angle)
+    polar = inertia.about_z if at.link.planar else None
+    return Inertia(inertia.mass, turn_vector(c, s, inertia.first), turn_second(c, s, inertia.second), polar)
 
 
 class Rationals:

@@ -15,7 +15,8 @@ from symgen.algebra.linear import dot
 from symgen.algebra.numbers import State
 from symgen.certificate import Candidate, Certifier
 from symgen.plans import composite, coriolis, factor, recursive
-from symgen.plans.build import DERIVATIVES, OF_MASS, PLANNED, build, families_of, flatten
+from symgen.plans.build import DERIVATIVES, OF_MASS, PLANNED, Family, build, families_of, flatten, output_merges
+from symgen.plans.walk import lagging
 from symgen.program.evaluate import evaluate_residues
 from symgen.program.instructions import Program, count
 from symgen.scene.model import JointSpring, Mimic, Options, Output, Parameter, Scene, Spring
@@ -197,9 +198,16 @@ def test_programs_of_every_family(seed: int, runtime: bool, couplings: bool) -> 
     massless = not any(part.mass for body in system.tree.bodies for part, _ in body.parts)
     for row in sorted(PLANNED.keys() - DERIVATIVES - (OF_MASS if massless else set())):
         output = Output(row, (row,))
-        for family in families_of(output, system.tree):
+        for family in every_family(output, system):
             program = build(system.lowered, system.natural, output, family)
             certifier.certify(output, program, [Candidate(f"{row} by {family}", evaluator(program))])
+
+
+def every_family(output: Output, system: System) -> list[Family]:
+    """Families of a function, those that merge parallel axes included."""
+    families = families_of(output, system.tree)
+    merged = [replace(family, merged=True) for family in families if not family.literal]
+    return [*families, *(merged if output_merges(output) and lagging(system.lowered.links) else ())]
 
 
 def evaluator(program: Program) -> Any:

@@ -19,13 +19,13 @@ from symgen.algebra.numbers import FloatNumbers, State
 from symgen.certificate import Candidate, Certifier
 from symgen.errors import CertificateError
 from symgen.literal.derivatives import along, change
-from symgen.plans.build import DERIVATIVES, build, families_of
+from symgen.plans.build import DERIVATIVES, build
 from symgen.program.evaluate import evaluate
 from symgen.program.instructions import Program, count
 from symgen.scene.load import load
 from symgen.scene.model import Output, Scene
 from symgen.system import System, derive
-from tests.plans.test_against_literal import coupled, evaluator, scene_of, state_of, with_parameters
+from tests.plans.test_against_literal import coupled, evaluator, every_family, scene_of, state_of, with_parameters
 
 ROWS = (
     *sorted(DERIVATIVES),
@@ -49,7 +49,7 @@ def test_every_plan_of_every_derivative(seed: int, runtime: bool, couplings: boo
     certifier = Certifier(system, str(seed))
     for row in (*ROWS, *(BY_PARAMETERS if runtime else ())):
         output = Output(row, (row,))
-        for family in families_of(output, system.tree):
+        for family in every_family(output, system):
             program = build(system.lowered, system.natural, output, family)
             certifier.certify(output, program, [Candidate(f"{row} by {family}", evaluator(program))])
 
