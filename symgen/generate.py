@@ -18,7 +18,7 @@ from symgen.artifact import (
     write_artifact,
 )
 from symgen.certificate import Candidate, Certificate, Certifier
-from symgen.errors import CertificateError
+from symgen.errors import CertificateError, ToolError
 from symgen.program.evaluate import evaluate_residues
 from symgen.program.instructions import Program
 from symgen.scene.load import load
@@ -140,9 +140,16 @@ def _casadi_functions(scene: str, programs: Sequence[Program]) -> dict[str, _Sto
         file = Path(folder) / "f.casadi"
         for program in programs:
             if any(port.size for port in program.outputs):
-                casadi_function(program).save(str(file))
+                made = casadi_function(program)
                 path = f"{scene}.casadi/{program.name}.casadi"
-                found[program.name] = _Stored(path, file.read_bytes(), casadi.Function.load(str(file)))
+                try:
+                    made.save(str(file))
+                    found[program.name] = _Stored(path, file.read_bytes(), casadi.Function.load(str(file)))
+                except RuntimeError as error:  # what CasADi does not say where it writes, it says where it reads
+                    reason = str(error).strip().rpartition("\n")[2]
+                    raise ToolError(
+                        f"CasADi cannot save {program.name} in {folder} : {reason} (no space left?)"
+                    ) from None
     return found
 
 

@@ -28,6 +28,7 @@ from symgen.report.rank import constraint_rank
 from symgen.report.sketch import body_colour
 from symgen.report.sources import excerpts
 from symgen.report.topology_graph import topology_graph
+from symgen.scene.document import clean
 from symgen.scene.joints import JOINT_TYPES
 from symgen.scene.model import Scene
 from symgen.scene.outputs import function_name
@@ -111,16 +112,24 @@ def write_report(
 
 
 def write_text(path: Path, text: str) -> None:
-    """The whole file or nothing."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    """The whole file or nothing; a link stays a link, a device a device. SceneError where it cannot be written."""
+    beside = path
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        place = Path(os.path.realpath(path))
+        if place.exists() and not place.is_file():
+            place.write_text(text, encoding="utf-8")
+            return
+        place.parent.mkdir(parents=True, exist_ok=True)
+        beside = place.with_name(f".{place.name[:200]}.{os.getpid()}")
         beside.write_text(text, encoding="utf-8")
-        beside.replace(path)
-    except OSError as error:
-        with contextlib.suppress(OSError):
-            beside.unlink(missing_ok=True)
-        raise SceneError(f"cannot write the report: {error.strerror}", str(path)) from None
+        beside.replace(place)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise SceneError(f"cannot write the report: {reason}", clean(str(path), 300)) from None
+    finally:
+        if beside != path:
+            with contextlib.suppress(OSError):
+                beside.unlink(missing_ok=True)
 
 
 def _refusal(system: System) -> str:

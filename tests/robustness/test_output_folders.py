@@ -18,7 +18,7 @@ import symgen
 from symgen.artifact import Artifact, write_artifact
 from symgen.artifact.staging import STAGING, recover
 from symgen.cli import Ended, _end
-from symgen.errors import SceneError
+from symgen.errors import SceneError, ToolError
 from tests.robustness.folders import SOURCES, contents, in_child, version, version_in
 
 RENAMES = 2 * (SOURCES + 4) + 3
@@ -273,3 +273,41 @@ def test_no_home_to_keep_compiled_code_in(tmp_path: Path) -> None:
     )
     assert ran.stderr == "" and ran.stdout.startswith(f"0.16 {temporary}/symgen-")
     assert list(temporary.iterdir()) == []
+
+
+# -- reports ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_report_is_written_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The old page stays when the new one cannot be written; a link leads where it led, a device is none of ours."""
+    from symgen.report.page import write_text
+
+    page, link = tmp_path / "page.html", tmp_path / "link.html"
+    write_text(page, "old")
+    link.symlink_to(page)
+    write_text(link, "linked")
+    write_text(Path(os.devnull), "x" * 100)
+    assert link.is_symlink() and page.read_text() == "linked" and not Path(os.devnull).is_file()
+
+    def full() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+        with pytest.raises(SceneError, match="cannot write the report: File too large"):
+            write_text(page, "x" * 5000)
+
+    assert in_child(full) == 0
+    for name in ("folder", "a\0b", "page.html/below"):
+        (tmp_path / "folder").mkdir(exist_ok=True)
+        with pytest.raises(SceneError, match="cannot write the report"):
+            write_text(tmp_path / name, "x")
+    assert page.read_text() == "linked" and len(list(tmp_path.iterdir())) == 3
+
+
+def test_casadi_without_space_is_said(tmp_path: Path) -> None:
+    def full() -> None:
+        scene = symgen.load(SCENE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+        with pytest.raises(ToolError, match="CasADi cannot save"):
+            symgen.generate(scene, tmp_path / "out")
+
+    assert in_child(full) == 0
+    assert list(tmp_path.iterdir()) == []
