@@ -151,6 +151,8 @@ class _Reader:
             self.joints.append(Joint(mount, "fixed", parent, name, back))
 
     def _axis(self, joint: CompiledJoint) -> Vector:
+        if not any(joint.axis):  # of MuJoCo's own arithmetic, on an axis beyond the range of its numbers
+            raise SceneError(f"joint {clean(joint.name)!r} has no axis", self.file)
         return unit_vector(settled(joint.axis, Fraction(1)))
 
     def _add(self, joint: Joint, k: int) -> None:
