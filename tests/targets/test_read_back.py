@@ -318,37 +318,6 @@ def test_header_is_checked() -> None:
             read_back(changed(emitted, header.replace(old, new, 1), "demo.h"))
 
 
-@pytest.mark.parametrize("status", [False, True])
-def test_batch_file_is_checked(status: bool) -> None:
-    """Every number, name and operator of it; comments and blanks aside."""
-    emitted = emit_c("demo", all_programs(), info(batch=True, status=status))
-    text = emitted.files["demo_batch.c"]
-    start = text.index("#include")
-    changes = {
-        r"\d+": "3",
-        r"\bq\b": "p",
-        r"\bi\b": "0",
-        r"\+\+": "--",
-        r"demo_(\w+)\(": "demo_x(",
-        r"<": "<=",
-        r" \+ ": " - ",
-    }
-    changes |= {r"\*": "", r"\bn\b": "1", r"const ": "", r"size_t": "int", r"\bfor\b": "if", r"\bdouble\b": "float"}
-    changes |= {r"status": "state", r"\|=": "="} if status else {}
-    for pattern, new in changes.items():
-        found = 0
-        for match in re.finditer(pattern, text):
-            mutant = text[: match.start()] + new + text[match.end() :]
-            if match.start() > start and mutant != text:
-                found += 1
-                with pytest.raises(CertificateError):
-                    read_back(changed(emitted, mutant, "demo_batch.c"))
-        assert found, pattern
-    for extra in (text + "int x;\n", text.replace('"demo.h"', '"other.h"')):
-        with pytest.raises(CertificateError):
-            read_back(changed(emitted, extra, "demo_batch.c"))
-
-
 def sparse() -> Program:
     """A 6 by 6 output with two entries that are not zero."""
     graph = Graph()
@@ -360,12 +329,13 @@ def sparse() -> Program:
 
 def test_zeros_of_a_sparse_output_are_set_by_a_loop() -> None:
     emitted = emit_c("demo", [sparse()], info())
-    loop = "for (int i = 0; i < 36; ++i) M[i] = 0;"
+    loop = "for (int i = 8; i < 20; ++i) M[i] = 0;"
     text = emitted.files["demo.c"]
-    assert text.count(loop) == 1 and text.count("M[") == 4  # declared, cleared, stored twice
+    assert text.count(loop) == 1 and text.count("M[i] = 0") == 2  # and seven zeros before the first entry
     certify(emitted)
-    for wrong in (loop.replace("36", "35"), loop.replace("= 0", "= 1"), loop.replace("M[i]", "q[i]"), f"{loop} {loop}",
-                  "", "M[3] = 1.0; " + loop, loop.replace("int i = 0", "int i = 1")):  # fmt: skip
+    for wrong in (loop.replace("20", "19"), loop.replace("20", "21"), loop.replace("i = 8", "i = 9"),
+                  loop.replace("= 0;", "= 1;"), loop.replace("M[i]", "q[i]"), f"{loop} {loop}", "",
+                  "M[9] = 0.0; " + loop):  # fmt: skip
         with pytest.raises(CertificateError):
             certify(changed(emitted, text.replace(loop, wrong)))
 

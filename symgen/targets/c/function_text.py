@@ -26,9 +26,7 @@ _ANGLES = re.compile(r"const (double|float) angles\[(\d+)\] = \{([^{}=]+)\}", re
 _TABLES = re.compile(r"(double|float) sines\[(\d+)\], cosines\[(\d+)\]", re.ASCII)
 _CALL_ALL = re.compile(r"sines_cosines\(angles, sines, cosines, (\d+)\)", re.ASCII)
 _VOID = re.compile(r"\(void\)([A-Za-z_]\w*)", re.ASCII)
-_VOIDS = re.compile(r"(?:\s*\(void\)[A-Za-z_]\w*;)*", re.ASCII)
-_CLEAR_LOOP = re.compile(r"\s*for \(int i = 0; i < (\d+); \+\+i\) ([A-Za-z_]\w*)\[i\] = 0;", re.ASCII)
-_CLEARED = re.compile(rf"(?:{_CLEAR_LOOP.pattern})*", re.ASCII)
+_CLEAR_LOOP = re.compile(r"[ \n]for \(int i = (\d{1,6}); i < (\d{1,6}); \+\+i\) ([A-Za-z_]\w*)\[i\] = 0;", re.ASCII)
 _GUARD = re.compile(
     r"    if \(!\(([^{}=]+)\)\) \{\n((?:        for \(int i = 0; i < \d+; \+\+i\) \{\n            \w+\[i\] = [()\w]+;\n"
     r"        \}\n)+)((?:        return 1;\n)?)    \}\n?",
@@ -166,7 +164,6 @@ class FunctionReader:
         self.sizes = {port.name: port.size for port in program.outputs}
         self.written: set[tuple[str, int]] = set()
         self.declared: list[str] = []
-        self.cleared: list[str] = []
         self.group: list[str] = []
         self.angles: list[str] = []
         self.padded = 0
@@ -186,7 +183,8 @@ class FunctionReader:
     def read(self, body: str) -> ReadFunction:
         """The function of this body (the text between its braces, without comments)."""
         body += "\n"
-        code, guards = self.take_tail(self.take_cleared(body))
+        code, guards = self.take_tail(body)
+        code = self.take_cleared(code)
         pieces = code.split(";")
         if pieces.pop().strip():
             raise self.refuse("a statement does not end in ;")
@@ -196,11 +194,6 @@ class FunctionReader:
             raise self.refuse(f"{self.declared[0]} is declared and never set")
         if len(self.turned) != len(self.angles):
             raise self.refuse("an angle whose sine and cosine are never read")
-        for name in self.cleared:
-            for entry in range(self.sizes[name]):
-                if (name, entry) not in self.written:
-                    self.written.add((name, entry))
-                    self.statements.append((f"v_{name}[{entry}]", "0"))
         missing = sum(self.sizes.values()) - len(self.written)
         if missing:
             raise self.refuse(f"{missing} output entries are never assigned")
@@ -216,16 +209,15 @@ class FunctionReader:
         )
 
     def take_cleared(self, body: str) -> str:
-        """Split off the loops at the beginning that set whole outputs to zero."""
-        start = _VOIDS.match(body)
-        assert start is not None
-        loops = _CLEARED.match(body, start.end())
-        assert loops is not None
-        for size, name in _CLEAR_LOOP.findall(loops[0]):
-            if self.sizes.get(name) != int(size) or name in self.cleared:
-                raise self.refuse(f"a loop over {name} that is not the whole of an output")
-            self.cleared.append(name)
-        return start[0] + "\n" + body[loops.end() :]
+        """Take out the loops that set runs of output entries to zero."""
+
+        def take(match: re.Match[str]) -> str:
+            for entry in range(int(match[1]), int(match[2])):
+                self.store(match[3], entry)
+                self.statements.append((f"v_{match[3]}[{entry}]", "0"))
+            return match[0][0]
+
+        return _CLEAR_LOOP.sub(take, body)
 
     def take_tail(self, body: str) -> tuple[str, list[str]]:
         """Split off the status and the guards with their NaN loops."""

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import groupby
 
 from symgen.program.instructions import Counts, Port, Program
 from symgen.targets.c.comments import comment_text
@@ -41,8 +42,8 @@ LANES = 4
 """Angles come to a multiple of this."""
 GROUPED = 2
 """From so many angles on their sines and cosines are taken together."""
-CLEARED = 16
-"""An output with so many zeros, and half of it zeros, is set to zero by a loop first."""
+CLEARED = 8
+"""So many zeros in a row are set by a loop."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,6 @@ def write_body(
     """The statements of ``program``. ``taken``: names of the file that a local one must not hide; ``grouped``: sines
     and cosines that depend on no others are taken together."""
     writer = _Writer(program, table, functions, taken)
-    writer.clear(program)
     if grouped and functions.pair:
         writer.group_angles()
     for index in range(len(program.instructions)):
@@ -104,7 +104,6 @@ class _Writer:
         self.expressions: dict[int, Expression] = {}
         self.lines: list[tuple[str, str]] = []
         self.called: set[str] = set()
-        self.cleared: set[str] = set()
         self.stepped: set[int] = set()
         self.heading = ""
         self.temporaries = 0
@@ -147,7 +146,8 @@ class _Writer:
         angles += [zero] * (-len(angles) % LANES)
         real, size = self.table.precision.c_type, len(angles)
         self.called.add("sines_cosines")
-        self.code("\n        ".join(_fill([f"const {real} angles[{size}] = {{" + ", ".join(angles) + "};"])), "")
+        table = _fill([f"const {real} angles[{size}] = {{{angles[0]},", *(f"{angle}," for angle in angles[1:])])
+        self.code("\n        ".join(table).removesuffix(",") + "};", "")
         self.code(f"{real} sines[{size}], cosines[{size}];", "")
         self.code(f"sines_cosines(angles, sines, cosines, {size});", "")
         for k, (argument, both) in enumerate(wanted.items()):
@@ -190,25 +190,30 @@ class _Writer:
         for port, entry in stores:
             self.code(f"{port.name}[{entry}] = {text};", instruction.phase)
 
-    def clear(self, program: Program) -> None:
-        """A loop that sets outputs that are mostly zero: thousands of stores of nothing are slow to compile."""
-        for port, row in zip(program.outputs, program.results, strict=True):
-            zeros = sum(1 for index in row if self.is_zero(index))
-            if zeros >= CLEARED and 2 * zeros >= len(row):
-                self.cleared.add(port.name)
-                self.code(f"for (int i = 0; i < {port.size}; ++i) {port.name}[i] = 0;", "")
-
-    def is_zero(self, index: int) -> bool:
-        return self.instructions[self.roots[index][0]].value == 0
+    def zero_runs(self, row: Sequence[int]) -> list[tuple[int, int]]:
+        """[start, end) of the long runs of zeros in an output: loops, because thousands of stores of nothing are slow
+        to compile."""
+        zeros = [self.instructions[self.roots[index][0]].value == 0 for index in row]
+        runs = [(key, len(list(group))) for key, group in groupby(zeros)]
+        found, start = [], 0
+        for zero, length in runs:
+            if zero and length >= CLEARED:
+                found.append((start, start + length))
+            start += length
+        return found
 
     def finish(self, program: Program) -> None:
         """The entries that are constants, in their order, after all others."""
-        texts = [
-            f"{port.name}[{entry}] = {self.at(index).signed()};"
-            for port, row in zip(program.outputs, program.results, strict=True)
-            for entry, index in enumerate(row)
-            if self.roots[index][0] in self.constants and not (port.name in self.cleared and self.is_zero(index))
-        ]
+        texts = []
+        for port, row in zip(program.outputs, program.results, strict=True):
+            runs = self.zero_runs(row)
+            texts += [f"for (int i = {start}; i < {end}; ++i) {port.name}[i] = 0;" for start, end in runs]
+            cleared = {entry for start, end in runs for entry in range(start, end)}
+            texts += [
+                f"{port.name}[{entry}] = {self.at(index).signed()};"
+                for entry, index in enumerate(row)
+                if self.roots[index][0] in self.constants and entry not in cleared
+            ]
         heading = "constant entries" if self.lines else ""
         packed = _fill(texts) if len(texts) > FEW else texts
         for text in packed:
