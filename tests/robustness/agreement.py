@@ -23,6 +23,8 @@ Array = NDArray[Any]
 CORE = ["mass_matrix", "bias_force", "inverse_dynamics", "forward_dynamics"]
 EPSILON = 2.0**-53
 ROUNDING = 4096 * EPSILON
+LONG = 250_000
+"""Bytes of C from which compilers take long."""
 SINGULAR = 1e-12
 """A mass matrix whose smallest eigenvalue is this small beside the largest has no accelerations worth comparing."""
 
@@ -115,7 +117,10 @@ def needs_inverse(row: str) -> bool:
 
 
 def compiled(scene: Scene, folder: Path) -> Any:
-    return symgen.generate(scene, folder / "out").load(flags=["-O1"], cache=folder / "cache")
+    """The functions, optimised unless that would take minutes."""
+    artifact = symgen.generate(scene, folder / "out")
+    size = sum(path.stat().st_size for path in (folder / "out").glob("*.c"))
+    return artifact.load(flags=["-O1" if size < LONG else "-O0"], cache=folder / "cache")
 
 
 def check(scene: Scene, folder: Path, seed: int, rows: tuple[str, ...] = ()) -> Comparison:

@@ -6,6 +6,7 @@ import os
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from hypothesis import strategies as st
 import symgen
 from symgen.scene.outputs import AVAILABLE
 from symgen.scene.request import request
+from symgen.validation.pinocchio_model import build_pinocchio
 from tests.robustness.agreement import CORE, awkward_states, check, compiled
 from tests.robustness.random_trees import URDF_TYPES, Made, trees
 
@@ -101,7 +103,7 @@ def test_both_readers(made: Made, seed: int) -> None:
 
 
 @pytest.mark.slow
-@examples(60)
+@examples(40)
 @given(trees(1, 8), st.lists(st.sampled_from(LATER), unique=True, max_size=3).map(tuple), seeds)
 def test_more_small_trees(made: Made, rows: tuple[str, ...], seed: int) -> None:
     compare_scene(made, rows, seed)
@@ -119,3 +121,46 @@ def test_large_trees(made: Made, seed: int) -> None:
 @given(trees(1, 15, URDF_TYPES), seeds)
 def test_more_of_both_readers(made: Made, seed: int) -> None:
     compare_readers(made, seed)
+
+
+CHAIN = """\
+name: chain
+bodies:
+  - {name: b0, mass: 1, com: [0, 0, 0.5], inertia: [0.5, 0.6, 0.7, 0, 0, 0]}
+  - {name: b1, mass: MASS, com: [0, 0.3, 0], inertia: [0.5, 0.6, 0.7, 0, 0, 0]}
+joints:
+  - {name: j0, type: spherical, parent: ground, child: b0}
+  - {name: j1, type: revolute, parent: b0, child: b1, axis: [1, 0, 0], origin: {xyz: [0, 0, 1]}}
+outputs: [mass_matrix, bias_force, inverse_dynamics, forward_dynamics, gravity_force]
+options: {targets: [c]}
+"""
+
+
+def test_the_comparison_can_fail(tmp_path: Path) -> None:
+    """A mass that is off by a part in 1e10 is seen, row by row."""
+    right, wrong = (load(CHAIN.replace("MASS", mass), "chain.scene.yaml") for mass in ("1", "1.0000000001"))
+    good = check(right, tmp_path, 1, ("gravity_force",))
+    bad = replace(good, peer=build_pinocchio(wrong))
+    states, rng = awkward_states(good.peer.mechanism, 1), np.random.default_rng(1)
+    with pytest.raises(AssertionError, match="mass_matrix: off by"):
+        bad.core(states[1], rng)
+    with pytest.raises(AssertionError, match="gravity_force"):
+        bad.row("gravity_force", states[1:2])
+
+
+def test_the_comparison_of_accelerations_can_fail(tmp_path: Path) -> None:
+    good = check(load(CHAIN.replace("MASS", "1"), "chain.scene.yaml"), tmp_path, 1)
+    exact = good.functions
+
+    class Shifted:
+        """The same functions, with accelerations that are off by a part in 1e9."""
+
+        def __getattr__(self, name: str) -> Any:
+            function = getattr(exact, name)
+            return (lambda *q: function(*q) * (1 + 1e-9)) if name == "forward_dynamics" else function
+
+        def __contains__(self, name: str) -> bool:
+            return name in exact
+
+    with pytest.raises(AssertionError, match="forward_dynamics: off by"):
+        replace(good, functions=Shifted()).core(awkward_states(good.peer.mechanism, 1)[1], np.random.default_rng(1))
