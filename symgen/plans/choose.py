@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 from symgen.catalogue import split_row
 from symgen.natural.layout import NaturalCoordinates
-from symgen.plans.build import FAMILIES, Family, build, families_of, output_merges
+from symgen.plans.build import build
+from symgen.plans.families import FAMILIES, Family, families_of, output_merges
 from symgen.plans.walk import Lowered, lagging
 from symgen.program.instructions import Counts, Program, count
 from symgen.scene.model import Output

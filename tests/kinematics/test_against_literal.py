@@ -17,7 +17,8 @@ from symgen.algebra.numbers import FloatNumbers, State
 from symgen.certificate import Candidate, Certifier
 from symgen.literal import frames, reactions, regressor
 from symgen.literal.equations import Literal
-from symgen.plans.build import build, families_of
+from symgen.plans.build import build
+from symgen.plans.families import families_of
 from symgen.scene.model import JointSpring, Output
 from symgen.system import System, derive
 from symgen.velocity.kinematics import point_velocity

@@ -13,7 +13,8 @@ from symgen.certificate import Candidate, Certifier
 from symgen.errors import CertificateError, NotSupportedError, SceneError
 from symgen.literal import base_parameters
 from symgen.plans import centroidal, frames, reactions, regressor
-from symgen.plans.build import FAMILIES, build
+from symgen.plans.build import build
+from symgen.plans.families import FAMILIES
 from symgen.scene.load import load
 from symgen.scene.model import Joint, Output, Scene
 from symgen.system import System, derive

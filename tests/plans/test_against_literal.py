@@ -15,7 +15,8 @@ from symgen.algebra.linear import dot
 from symgen.algebra.numbers import State
 from symgen.certificate import Candidate, Certifier
 from symgen.plans import composite, coriolis, factor, recursive
-from symgen.plans.build import DERIVATIVES, OF_MASS, PLANNED, Family, build, families_of, flatten, output_merges
+from symgen.plans.build import PLANNED, build, flatten
+from symgen.plans.families import DERIVATIVES, OF_MASS, Family, families_of, output_merges
 from symgen.plans.walk import lagging
 from symgen.program.evaluate import evaluate_residues
 from symgen.program.instructions import Program, count

@@ -19,7 +19,8 @@ from symgen.algebra.numbers import FloatNumbers, State
 from symgen.certificate import Candidate, Certifier
 from symgen.errors import CertificateError
 from symgen.literal.derivatives import along, change
-from symgen.plans.build import DERIVATIVES, build
+from symgen.plans.build import build
+from symgen.plans.families import DERIVATIVES
 from symgen.program.evaluate import evaluate
 from symgen.program.instructions import Program, count
 from symgen.scene.load import load

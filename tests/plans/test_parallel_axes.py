@@ -10,7 +10,8 @@ import pytest
 from symgen.algebra.field import MERSENNE_61, FieldNumbers
 from symgen.certificate import Candidate, Certifier
 from symgen.errors import CertificateError
-from symgen.plans.build import FAMILIES, build
+from symgen.plans.build import build
+from symgen.plans.families import FAMILIES
 from symgen.plans.walk import lagging
 from symgen.program.angles import register_sums
 from symgen.program.graph import Graph, extract
