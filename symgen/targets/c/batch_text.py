@@ -1,63 +1,76 @@
-"""The batch file read back: every function is one loop over states that calls its scalar function rightly."""
+"""Batch files read back: statements over vectors as scalar ones, and around them nothing but the frame."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from fractions import Fraction
 
 from symgen.errors import CertificateError
 from symgen.program.instructions import Program
+from symgen.targets.c.batch import BatchFile, BatchFunction
+from symgen.targets.c.literals import Constant
+from symgen.targets.c.vector import VectorBody, scalar_text
 
-_FUNCTION = re.compile(r"\s*(void|int) (\w+)\(([^()]*)\)\s*\{(.*?)\n\}\n", re.ASCII | re.DOTALL)
-_LOOP = re.compile(r"\s*for \(size_t i = 0; i < n; \+\+i\) \{\s*(\w+)\(([^()]*)\);\s*\}\s*", re.ASCII)
-_STATUS_LOOP = re.compile(
-    r"\s*int status = 0;\s*for \(size_t i = 0; i < n; \+\+i\) \{\s*status \|= (\w+)\(([^()]*)\);\s*\}"
-    r"\s*return status;\s*",
-    re.ASCII,
-)
-_SHARED = ("dt", "p")
+_MARK = "@"
 
 
-def check_batch(
-    file: str, code: str, header: str, functions: Sequence[tuple[Program, str, str, bool]], precision: str, status: bool
-) -> None:
-    """Check the code of a batch file, comments stripped. ``functions``: (program, scalar symbol, batch symbol, whether
-    p is per state), in their order. Raises CertificateError."""
-    include = re.match(rf'\s*#include "{re.escape(header)}"\n', code)
-    if include is None:
-        raise CertificateError(f"{file}: must begin with its include")
-    position = include.end()
-    for program, scalar, symbol, own_parameters in functions:
-        match = _FUNCTION.match(code, position)
-        if match is None or match[2] != symbol:
-            raise CertificateError(f"{file}: {symbol} expected, found something else")
-        position = match.end()
-        answers = status and bool(program.guards)
-        loop = (_STATUS_LOOP if answers else _LOOP).fullmatch(match[4])
-        declared, passed = _expected(program, own_parameters, precision)
-        if match[1] != ("int" if answers else "void") or _split(match[3]) != declared:
-            raise CertificateError(f"{file}: {symbol} is not declared as it should be")
-        if loop is None or loop[1] != scalar or _split(loop[2]) != passed:
-            raise CertificateError(f"{file}: {symbol} is not a loop over {scalar}")
-    if code[position:].strip():
-        raise CertificateError(f"{file}: text after the last function")
+@dataclass(frozen=True)
+class ReadBatch:
+    """What is special in one batch file; all the rest is as the templates say."""
+
+    constants: str
+    """Text of the table of constants."""
+    bodies: tuple[tuple[Program, str, str], ...]
+    """(program, its symbol, its statements as the body of a scalar function)."""
 
 
-def _split(arguments: str) -> list[str]:
-    return [" ".join(argument.split()) for argument in arguments.split(",")]
+def read_batch(batch: BatchFile, code: str, strip: Callable[[str], str]) -> ReadBatch:
+    """Split the ``code`` of a batch file, comments stripped by ``strip``, into what is special and the frame.
+
+    Raises CertificateError where the frame (loads and stores, tails, dispatch, built-in functions) differs in any
+    character from what it must be, or a body has anything but statements over vectors.
+    """
+    options = batch.options
+    frame = strip(_frame(batch))
+    found = _between(batch.file, code, frame.split(_MARK))
+    bodies = [row for row in batch.functions if row.vector]
+    constants = found.pop() if len(found) > len(bodies) else ""
+    read = []
+    for row, text in zip(bodies, found, strict=True):
+        status = options.status and bool(row.program.guards)
+        place = f"{batch.file}: {row.symbols.scalar}"
+        body = scalar_text(place, text, row.program, options.precision, options.trigonometry, status)
+        read.append((row.program, place, body))
+    return ReadBatch(constants, tuple(read))
 
 
-def _expected(program: Program, own_parameters: bool, precision: str) -> tuple[list[str], list[str]]:
-    """Declared arguments, and those of the call for state i."""
-    declared, passed = ["size_t n"], []
-    for port in program.inputs:
-        if port.name not in _SHARED or (port.name == "p" and own_parameters):
-            declared.append(f"const {precision} *{port.name}")
-            passed.append(f"{port.name} + {port.size} * i")
-        else:
-            declared.append(f"const {precision} {port.name}[{port.size}]" if port.shape else f"{precision} {port.name}")
-            passed.append(port.name)
-    for port in program.outputs:
-        declared.append(f"{precision} *{port.name}")
-        passed.append(f"{port.name} + {port.size} * i")
-    return declared, passed
+def _frame(batch: BatchFile) -> str:
+    """The file with a mark in place of every body and of the rows of the constant table."""
+
+    def hollow(row: BatchFunction) -> BatchFunction:
+        if row.vector is None:
+            return row
+        return replace(row, vector=VectorBody((("code", _MARK),), (), (), row.vector.called, row.vector.words))
+
+    table = [Constant(_MARK, Fraction(0), _MARK)] if batch.constants else []
+    text = replace(batch, functions=tuple(map(hollow, batch.functions))).render(table)
+    return re.sub(rf"    {_MARK}\n|static const \w+ {_MARK} = {_MARK};.*\n", _MARK, text)
+
+
+def _between(file: str, code: str, pieces: list[str]) -> list[str]:
+    """What stands between the pieces of the frame, which all must be there, in their order."""
+    if not code.startswith(pieces[0]):
+        raise CertificateError(f"{file}: does not begin as a batch file")
+    found: list[str] = []
+    position = len(pieces[0])
+    for number, piece in enumerate(pieces[1:], 1):
+        last = number == len(pieces) - 1
+        end = len(code) - len(piece) if last else code.find(piece, position)
+        if end < position or not code.startswith(piece, end):
+            line = code.count("\n", 0, position) + 1
+            raise CertificateError(f"{file}: after line {line} it is not what a batch file must be")
+        found.append(code[position:end])
+        position = end + len(piece)
+    return found

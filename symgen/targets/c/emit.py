@@ -13,12 +13,13 @@ from fractions import Fraction
 from symgen.errors import NotSupportedError, SceneError
 from symgen.program.instructions import Counts, Port, Program
 from symgen.scene.names import sanitise
+from symgen.targets.c.batch import BatchFile, batch_files
 from symgen.targets.c.comments import comment_lines, comment_text
 from symgen.targets.c.example import example_file
 from symgen.targets.c.info import Info
 from symgen.targets.c.literals import PRECISIONS, Constant, Precision, constant_table, inline_literal, rounded_literal
 from symgen.targets.c.names import HELPERS, Names
-from symgen.targets.c.signatures import Symbols, batch_call, batch_prototype, prototype, returns_status, symbols
+from symgen.targets.c.signatures import Symbols, batch_prototypes, prototype, returns_status, symbols
 from symgen.targets.c.sincos import helper_functions
 from symgen.targets.c.statements import Body, Functions, write_body
 from symgen.targets.c.templates import render
@@ -62,6 +63,7 @@ class Emitted:
     """Every named constant of the sources and the rational it stands for."""
     notes: tuple[str, ...]
     """What was left out, and why."""
+    batches: tuple[BatchFile, ...] = ()
 
 
 def emit_c(name: str, programs: Sequence[Program], info: Info) -> Emitted:
@@ -93,13 +95,15 @@ def emit_c(name: str, programs: Sequence[Program], info: Info) -> Emitted:
         files[source] = _source(name, chosen, constants, info, precision, banner)
         emitted += [EmittedFunction(program, row, source, body.counts) for program, row, body in chosen]
     sources = tuple(file for file in files if file.endswith(".c"))
-    if any(row.batch for row in names):
-        files[f"{name}_batch.c"] = _batch(name, kept, names, info, precision, banner)
-        sources += (f"{name}_batch.c",)
+    batches = batch_files(name, kept, names, table, taken.taken, info.options, banner)
+    files.update((batch.file, batch.text(table)) for batch in batches)
+    sources += tuple(batch.file for batch in batches)
     files["main.c"] = example_file(name, kept, names, info, precision, banner)
     files["CMakeLists.txt"] = _cmake(name, sources, banner)
     constants_by_name = {constant.name: constant.value for constant in table}
-    return Emitted(name, info, files, sources, (f"{name}.h",), tuple(emitted), constants_by_name, tuple(notes))
+    return Emitted(
+        name, info, files, sources, (f"{name}.h",), tuple(emitted), constants_by_name, tuple(notes), tuple(batches)
+    )
 
 
 def _without_empty_outputs(programs: Sequence[Program]) -> tuple[list[Program], list[str]]:
@@ -212,9 +216,7 @@ def _header(
     rows = []
     for program, row, body in zip(programs, names, bodies, strict=True):
         prototypes = [prototype(program, row, precision, info.options.status)]
-        for symbol, own in ((row.batch, False), (row.batch_p, True)):
-            if symbol:
-                prototypes.append(batch_prototype(program, symbol, precision, info.options.status, own))
+        prototypes += batch_prototypes(program, row, precision, info.options.status).values()
         rows.append({"comment": describe(program, body.counts), "prototypes": prototypes})
     macros = sanitise([parameter.name for parameter in info.parameters])
     parameters = [
@@ -293,28 +295,6 @@ def _source(
         functions=rows,
         nan=nan,
     )
-
-
-def _batch(
-    name: str,
-    programs: Sequence[Program],
-    names: Sequence[Symbols],
-    info: Info,
-    precision: Precision,
-    banner: Sequence[str],
-) -> str:
-    rows = []
-    for program, row in zip(programs, names, strict=True):
-        for symbol, own in ((row.batch, False), (row.batch_p, True)):
-            if symbol:
-                rows.append(
-                    {
-                        "prototype": batch_prototype(program, symbol, precision, info.options.status, own),
-                        "call": batch_call(program, row.scalar, own),
-                        "status": returns_status(program, info.options.status),
-                    }
-                )
-    return render("c/batch.c.j2", banner=banner, header=f"{name}.h", functions=rows)
 
 
 def _cmake(name: str, sources: Sequence[str], banner: Sequence[str]) -> str:

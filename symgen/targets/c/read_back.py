@@ -14,10 +14,13 @@ from fractions import Fraction
 
 from symgen.errors import CertificateError
 from symgen.program.instructions import Port
-from symgen.targets.c.batch_text import check_batch
+from symgen.targets.c.batch import BatchFile
+from symgen.targets.c.batch_text import read_batch
 from symgen.targets.c.emit import Emitted, EmittedFunction
 from symgen.targets.c.function_text import FunctionReader, ReadFunction
+from symgen.targets.c.literals import PRECISIONS
 from symgen.targets.c.rounding import check_literal, literal_value
+from symgen.targets.c.signatures import batch_prototypes
 from symgen.targets.c.sincos import helper_functions
 
 _COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
@@ -45,6 +48,8 @@ class ReadBack:
 
     functions: Mapping[str, ReadFunction]
     """By program name."""
+    vectors: Mapping[str, ReadFunction]
+    """What its batch file does with every lane; by program name."""
     literals: tuple[NamedLiteral, ...]
     precision: str
 
@@ -75,8 +80,12 @@ def read_back(emitted: Emitted) -> ReadBack:
         functions.update(read)
         literals.extend(found)
     _check_header(emitted)
-    _check_batch(emitted)
-    return ReadBack(functions, tuple(literals), emitted.info.options.precision)
+    vectors: dict[str, ReadFunction] = {}
+    for batch in emitted.batches:
+        read, found = _read_batch(batch, emitted)
+        vectors.update(read)
+        literals.extend(found)
+    return ReadBack(functions, vectors, tuple(literals), emitted.info.options.precision)
 
 
 def strip_comments(text: str) -> str:
@@ -195,9 +204,12 @@ def _check_header(emitted: Emitted) -> None:
         result = "int" if options.status and function.program.guards else "void"
         arguments = ", ".join(_arguments(function, options.precision))
         symbol = function.symbols.scalar
-        text = f"{result} {symbol}({arguments});".replace("( ", "(")
-        if code.replace("( ", "(").count(text) != 1 or len(re.findall(rf"\b{symbol}\(", code)) != 1:
-            raise CertificateError(f"{file}: {symbol} is not declared as it is defined")
+        forms = batch_prototypes(function.program, function.symbols, PRECISIONS[options.precision], options.status)
+        texts = {symbol: f"{result} {symbol}({arguments})", **forms}
+        for name, prototype in texts.items():
+            text = f"{' '.join(prototype.split())};".replace("( ", "(")
+            if code.replace("( ", "(").count(text) != 1 or len(re.findall(rf"\b{name}\(", code)) != 1:
+                raise CertificateError(f"{file}: {name} is not declared as it is defined")
 
 
 def _check_macros(file: str, code: str, emitted: Emitted) -> None:
@@ -220,16 +232,16 @@ def _check_macros(file: str, code: str, emitted: Emitted) -> None:
         raise CertificateError(f"{file}: its macros are not those of the scene")
 
 
-def _check_batch(emitted: Emitted) -> None:
-    """The batch file, where there is one."""
-    rows = [
-        (function.program, function.symbols.scalar, symbol, own)
-        for function in emitted.functions
-        for symbol, own in ((function.symbols.batch, False), (function.symbols.batch_p, True))
-        if symbol
-    ]
-    file = f"{emitted.name}_batch.c"
-    if rows:
-        options = emitted.info.options
-        code = _code(file, emitted.files[file])
-        check_batch(file, code, emitted.headers[0], rows, options.precision, options.status)
+def _read_batch(batch: BatchFile, emitted: Emitted) -> tuple[dict[str, ReadFunction], list[NamedLiteral]]:
+    """The functions of a batch file that are on vectors, read as scalar ones."""
+    options = emitted.info.options
+    read = read_batch(batch, _code(batch.file, emitted.files[batch.file]), lambda text: _code(batch.file, text))
+    literals = _constants(batch.file, read.constants, emitted)
+    values = {row.name: row.value for row in literals}
+    found: dict[str, ReadFunction] = {}
+    for program, place, body in read.bodies:
+        status = options.status and bool(program.guards)
+        reader = FunctionReader(place, program, values, options.precision, options.trigonometry, status)
+        found[program.name] = reader.read(body.removesuffix("\n"))
+    _check_all_used(batch.file, literals, found)
+    return found, literals

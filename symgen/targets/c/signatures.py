@@ -22,10 +22,11 @@ class Symbols:
     scalar: str
     batch: str = ""
     batch_p: str = ""
+    soa: str = ""
 
     @property
     def all(self) -> Iterator[str]:
-        return (symbol for symbol in (self.scalar, self.batch, self.batch_p) if symbol)
+        return (symbol for symbol in (self.scalar, self.batch, self.batch_p, self.soa) if symbol)
 
 
 def symbols(name: str, programs: Sequence[Program], precision: Precision, batch: bool) -> list[Symbols]:
@@ -45,6 +46,7 @@ def symbols(name: str, programs: Sequence[Program], precision: Precision, batch:
             f"{stem}{suffix}",
             f"{stem}_batch{suffix}" if batched else "",
             f"{stem}_batch_p{suffix}" if with_p else "",
+            f"{stem}_soa{suffix}" if batched else "",
         )
         for symbol in row.all:
             if symbol in owner:
@@ -93,11 +95,25 @@ def batch_prototype(program: Program, symbol: str, precision: Precision, status:
     return _declaration("int" if returns_status(program, status) else "void", symbol, arguments)
 
 
-def batch_call(program: Program, symbol: str, own_parameters: bool) -> str:
-    """The call for state i."""
-    arguments = []
+def soa_prototype(program: Program, symbol: str, precision: Precision, status: bool) -> str:
+    """n states as a structure of arrays: component j of state i of every port is at [j * stride + i]."""
+    real = precision.c_type
+    arguments = ["size_t n", "size_t stride"]
     for port in program.inputs:
-        per_state = port.name not in SHARED or (port.name == "p" and own_parameters)
-        arguments.append(f"{port.name} + {port.size} * i" if per_state else port.name)
-    arguments += [f"{port.name} + {port.size} * i" for port in program.outputs]
-    return f"{symbol}({', '.join(arguments)})"
+        array = f"[{port.size}]" if port.name in SHARED else ""
+        arguments.append(f"const {real} {'' if array else '*'}{port.name}{array}")
+        if not _array(port):
+            arguments[-1] = f"{real} {port.name}"
+    arguments += [f"{real} *{port.name}" for port in program.outputs]
+    return _declaration("int" if returns_status(program, status) else "void", symbol, arguments)
+
+
+def batch_prototypes(program: Program, row: Symbols, precision: Precision, status: bool) -> dict[str, str]:
+    """Symbol → prototype of every form over many states."""
+    found = {}
+    for symbol, own in ((row.batch, False), (row.batch_p, True)):
+        if symbol:
+            found[symbol] = batch_prototype(program, symbol, precision, status, own)
+    if row.soa:
+        found[row.soa] = soa_prototype(program, row.soa, precision, status)
+    return found

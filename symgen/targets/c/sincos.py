@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -87,6 +88,27 @@ def helper_functions(precision: str, trigonometry: str, called: Collection[str])
             **numbers,
         )
     return text.rstrip("\n")
+
+
+def vector_numbers(precision: str) -> dict[str, object]:
+    """What the sine and cosine of vectors are written with: the numbers of `sine_cosine`, and bounds as bits."""
+    numbers, kernel = _NUMBERS[precision], KERNELS[precision]
+    double = precision == "double"
+    bound, least = float(BOUND[precision]), float(2 * LEAST[precision])
+    bits = struct.unpack("<Q" if double else "<I", struct.pack("<d" if double else "<f", bound))[0]
+    return {
+        "two_over_pi": numbers["two_over_pi"],
+        "shifter": numbers["shifter"],
+        "half_pi": kernel.half_pi,
+        "sine_z": polynomial(kernel.sine, "z", _BREAK),
+        "cosine_z": polynomial(kernel.cosine, "z", _BREAK),
+        "bound": numbers["bound"],
+        "bound_bits": f"UINT{64 if double else 32}_C(0x{bits:X})",
+        "least": f"{least!r}{numbers['f']}",
+        "sign_bit": f"UINT{64 if double else 32}_C(0x{1 << (63 if double else 31):X})",
+        "unit": f"1.0{numbers['f']}",
+        "point_five": f"0.5{numbers['f']}",
+    }
 
 
 def polynomial(coefficients: Sequence[str], x: str, indent: str = " ") -> str:

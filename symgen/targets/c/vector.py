@@ -13,8 +13,9 @@ scalar                          vector
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 from symgen.errors import CertificateError
 from symgen.program.instructions import Program
@@ -30,7 +31,8 @@ _FRAME = """reals words lane_step slow_lanes lane first count status own_p strid
 FRAME = frozenset(_FRAME.split()) | MACROS
 """Words of the batch file that no local name of a statement may hide."""
 
-_LOOP = re.compile(r"for \(int i = 0; i < (\d+); \+\+i\) (\w+)\[i\] = 0;", re.ASCII)
+_LOOP = re.compile(r"(for \(int i = \d+; i < \d+; \+\+i\)) (\w+)\[i\] = 0;", re.ASCII)
+_STATEMENT = re.compile(rf"{_LOOP.pattern}|[^;\s][^;]*;", re.ASCII)
 _TYPED = re.compile(r"(?:const )?(?:double|float) \w+", re.ASCII)
 _ENTRY = re.compile(r"([A-Za-z_]\w*)\[(\d+)\]", re.ASCII)
 _WORD = re.compile(r"(?<![\w.])[A-Za-z_]\w*", re.ASCII)
@@ -76,7 +78,7 @@ def _speller(program: Program, constants: set[str]) -> Callable[[str], str]:
 
     def statement(text: str) -> str:
         if loop := _LOOP.fullmatch(text):
-            return f"for (int i = 0; i < {loop[1]}; ++i) OUT({loop[2]}, i) = SPLAT(0);"
+            return f"{loop[1]} OUT({loop[2]}, i) = SPLAT(0);"
         left, equals, right = text.rpartition(" = ")
         if equals and set(_WORD.findall(right)) <= constants:
             right = f"SPLAT({right.removesuffix(';')});"
@@ -88,12 +90,7 @@ def _speller(program: Program, constants: set[str]) -> Callable[[str], str]:
         left, right = (_TYPED.sub(_retyped, side) for side in (left, right))
         return f"{left}{equals}{right}"
 
-    def line(text: str) -> str:
-        if text.startswith("for ") or text.count(";") == 1:
-            return statement(text)
-        return " ".join(statement(f"{part.strip()};") for part in text.split(";")[:-1])
-
-    return line
+    return lambda text: " ".join(statement(match[0]) for match in _STATEMENT.finditer(text))
 
 
 def _retyped(match: re.Match[str]) -> str:
@@ -106,8 +103,9 @@ def scalar_text(place: str, text: str, program: Program, precision: str, trigono
     Raises CertificateError for what a scalar body would be read from though the vector text means something else.
     """
     kinds = {port.name: "TILE" if is_shared(port.name, port.shape) else "IN" for port in program.inputs}
-    kinds |= {port.name: "OUT" for port in program.outputs}
+    kinds.update((port.name, "OUT") for port in program.outputs)
     scalars = {port.name for port in program.inputs if port.shape == ()}
+    names = spelling(trigonometry, precision)
 
     def refuse(what: str) -> CertificateError:
         return CertificateError(f"{place}: {what}")
@@ -127,17 +125,19 @@ def scalar_text(place: str, text: str, program: Program, precision: str, trigono
         raise refuse(f"{foreign[0]!r} is not part of statements over vectors")
     guards = _REQUIRE.findall(text)
     text = _REQUIRE.sub("", text)
-    text = re.sub(rf"\breals\b(?= [A-Za-z_])", precision, text)
+    text = re.sub(r"\breals\b(?= [A-Za-z_])", precision, text)
     text = _SPLAT.sub(r"= \1;", text)
     text = _REACH.sub(entry, text)
-    text = _CALL.sub(lambda match: f"{_NAMES[trigonometry, precision][match[1]]}(", text)
+    text = _CALL.sub(lambda match: f"{names[match[1]]}(", text)
     left = _LEFT.search(text)
     if left:
         raise refuse(f"{left[0]} out of place")
     return text + _tail(program, guards, precision, status)
 
 
-_FOREIGN = re.compile(r"[\[\]#\"']|\b(?:double|float|sqrtf?|sinf?|cosf?|sine|cosine|sine_cosine|cos_sqrt|sinc_sqrt|sinc3_sqrt)\b")
+_FOREIGN = re.compile(
+    r"[\[\]#\"']|\b(?:double|float|sqrtf?|sinf?|cosf?|sine|cosine|sine_cosine|cos_sqrt|sinc_sqrt|sinc3_sqrt)\b"
+)
 _REQUIRE = re.compile(r"^    REQUIRE\(([^;]*)\);\n", re.ASCII | re.MULTILINE)
 _SPLAT = re.compile(r"= SPLAT\((-?[\w.+-]+)\);", re.ASCII)
 _REACH = re.compile(r"\b(IN|OUT|TILE)\(([A-Za-z_]\w*), (\d+|i)\)", re.ASCII)
@@ -145,18 +145,13 @@ _CALL = re.compile(rf"\b({'|'.join([*CALLS.values(), PAIR])})\(", re.ASCII)
 _LEFT = re.compile(rf"\b(?:{'|'.join(sorted(FRAME - {'i'}))})\b", re.ASCII)
 
 
-def _spelled(trigonometry: str, precision: str) -> dict[str, str]:
+@cache
+def spelling(trigonometry: str, precision: str) -> Mapping[str, str]:
+    """Macro → function of the scalar file."""
     f = "f" if precision == "float" else ""
     own = trigonometry == "polynomial"
     names = {"SQRT": f"sqrt{f}", "COS": "cosine" if own else f"cos{f}", "SIN": "sine" if own else f"sin{f}"}
     return names | {name.upper(): name for name in ENTIRE} | {PAIR: "sine_cosine"}
-
-
-_NAMES = {
-    (trigonometry, precision): _spelled(trigonometry, precision)
-    for trigonometry in ("polynomial", "libm")
-    for precision in ("double", "float")
-}
 
 
 def _tail(program: Program, guards: Sequence[str], precision: str, status: bool) -> str:
@@ -166,7 +161,11 @@ def _tail(program: Program, guards: Sequence[str], precision: str, status: bool)
     zero, nan = ("0.0f", "NAN") if precision == "float" else ("0.0", "(double)NAN")
     lines = [f"    if (!({' && '.join(f'{text} > {zero}' for text in guards)})) {{"]
     for port in program.outputs:
-        lines += [f"        for (int i = 0; i < {port.size}; ++i) {{", f"            {port.name}[i] = {nan};", "        }"]
+        lines += [
+            f"        for (int i = 0; i < {port.size}; ++i) {{",
+            f"            {port.name}[i] = {nan};",
+            "        }",
+        ]
     lines += ["        return 1;"] if status else []
     lines += ["    }"] + (["    return 0;"] if status else [])
     return "\n".join(lines) + "\n"
