@@ -31,6 +31,9 @@ from symgen.version import VERSION
 if TYPE_CHECKING:
     import casadi
 
+SCALAR, VECTORS = "C", "C on vectors"
+"""What a certificate calls the two."""
+
 Progress = Callable[[int, int, str], None]
 """``progress(done, total, what)``."""
 
@@ -86,7 +89,10 @@ def generate_files(system: System, progress: Progress) -> Generated:
         text, function = read.functions.get(program.name) if read else None, stored.get(program.name)
         if text is None and function is None:
             continue  # all its outputs are empty: left out, as the header says
-        certificate = _certify(certifier, output, program, text, function.read_back if function else None)
+        texts = [text] if text else []
+        if read and program.name in read.vectors:
+            texts.append(read.vectors[program.name])
+        certificate = _certify(certifier, output, program, texts, function.read_back if function else None)
         certificates[program.name] = certificate
         records.append(FunctionRecord(program, certificate.to_json(), function.path if function else None))
     progress(total, total, "write")
@@ -154,14 +160,15 @@ def _casadi_functions(scene: str, programs: Sequence[Program]) -> dict[str, _Sto
 
 
 def _certify(
-    certifier: Certifier, output: Output, program: Program, text: ReadFunction | None, function: casadi.Function | None
+    certifier: Certifier,
+    output: Output,
+    program: Program,
+    texts: Sequence[ReadFunction],
+    function: casadi.Function | None,
 ) -> Certificate:
-    """Certify everything that was emitted for one function."""
-    candidates: list[Candidate] = []
-    remarks = ""
-    if text is not None:
-        candidates.append(_c_candidate(text, program))
-        remarks = _remarks(text, certifier.system)
+    """Certify everything that was emitted for one function. ``texts``: the scalar C, and the one over vectors."""
+    candidates = _c_candidates(texts, program)
+    remarks = _remarks(texts[0], certifier.system) if texts else ""
     if function is not None:
         candidates.append(_casadi_candidate(function, program))
     for other in certifier.system.others(output.name):
@@ -175,7 +182,14 @@ def _certify(
     )
 
 
-def _c_candidate(text: ReadFunction, program: Program) -> Candidate:
+def _c_candidates(texts: Sequence[ReadFunction], program: Program) -> list[Candidate]:
+    """The scalar C and the one over vectors; one candidate where, once read, they are word for word the same."""
+    if len(texts) == 2 and texts[0] == texts[1]:
+        return [_c_candidate(texts[0], program, f"{SCALAR}, {VECTORS}")]
+    return [_c_candidate(text, program, what) for text, what in zip(texts, (SCALAR, VECTORS), strict=False)]
+
+
+def _c_candidate(text: ReadFunction, program: Program, what: str) -> Candidate:
     def evaluate(numbers: FieldNumbers, inputs: Mapping[str, Sequence[int]]) -> Mapping[str, Sequence[int]]:
         if program.guards:
             values = evaluate_residues(program, numbers, inputs)
@@ -184,7 +198,7 @@ def _c_candidate(text: ReadFunction, program: Program) -> Candidate:
                 raise CertificateError(f"{program.name}: the emitted C does not guard the pivots")
         return text.evaluate_mod(numbers.p, inputs, numbers.apply)
 
-    return Candidate("C", evaluate)
+    return Candidate(what, evaluate)
 
 
 def _casadi_candidate(function: casadi.Function, program: Program) -> Candidate:

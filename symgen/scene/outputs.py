@@ -102,7 +102,7 @@ def _gives(row: str) -> frozenset[str]:
 LONGEST = 200
 """Characters of a function's name, which becomes the name of a file too."""
 
-_SUFFIXES = ("_batch", "_batch_p", "_f32")
+_SUFFIXES = ("_batch", "_batch_p", "_soa", "_f32")
 
 DEFAULT_OUTPUTS: tuple[Output, ...] = tuple(
     Output(name, (name,))
