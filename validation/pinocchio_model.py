@@ -224,7 +224,8 @@ def build_pinocchio(scene: Scene, raw: dict[str, Array] | None = None) -> Pinocc
         joints.append(joint)
         places.append((slice(start[0].start, model.nq), slice(start[1].start, model.nv)))
         for body, local in link.parts:
-            inertia = pin.Inertia(float(body.mass), vector(body.com), body_inertia(body))
+            inertia = pin.Inertia.Zero()  # the constructor refuses what no body can have, which URDF files do hold
+            inertia.mass, inertia.lever, inertia.inertia = float(body.mass), vector(body.com), body_inertia(body)
             model.appendBodyToJoint(joint, inertia, pin.SE3(local.rotation, local.position))
         floating = link.joint.type == "floating"
         armature += [0.0 if floating else float(link.joint.armature)] * (model.nv - start[1].start)

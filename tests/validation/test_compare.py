@@ -16,6 +16,7 @@ from symgen.validation.compare import compare_with_pinocchio, snapping_rows
 from symgen.validation.functions import bind
 from symgen.validation.result import Row
 from tests.validation.changed import Changed, Without
+from tests.validation.derived_functions import DerivedFunctions
 from tests.validation.peer_functions import PeerFunctions
 from tests.validation.scenes import floating_tree, single, sprung
 
@@ -128,3 +129,12 @@ def test_snapping_is_reported() -> None:
     row = snapping_rows(replace(scene, raw={"j2": turned.tolist()}), 1)[0]
     assert row.value > 1e-3
     assert "1 mounting rotation" in row.note
+
+
+def test_inertias_that_no_body_has_are_compared_too() -> None:
+    """URDF files hold them; Pinocchio's constructor refuses them."""
+    scene = single("revolute")
+    bodies = (replace(scene.bodies[0], inertia=(F(1), F(-1, 2), F(1, 5), F(0), F(0), F(0))), *scene.bodies[1:])
+    rows = rows_of(replace(scene, bodies=bodies), DerivedFunctions(replace(scene, bodies=bodies)), 3)
+    assert all(row.passed for row in rows.values())
+    assert not rows_of(replace(scene, bodies=bodies), PeerFunctions(scene), 3)["mass_matrix"].passed
