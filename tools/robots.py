@@ -118,7 +118,8 @@ def shown_difference(f: Record) -> str:
     if f.get("difference") is None:
         return f"– ({f['error']})" if "error" in f else ""
     over = " **over**" if not f["difference"] <= f["criterion"] else ""
-    return f"{f['difference']:.1e}{over}"
+    ill = f" ({f['remark'][f['remark'].index('condition') :]})" if "condition" in f["remark"] else ""
+    return f"{f['difference']:.1e}{over}{ill if f['difference'] > 1e-12 else ''}"
 
 
 def table(title: str, robots: list[Record], show: Callable[[Record], str]) -> list[str]:
