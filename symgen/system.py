@@ -72,8 +72,11 @@ class System:
 
     @property
     def outputs(self) -> tuple[Output, ...]:
-        """The functions the scene asks for; the catalogue's default set where it asks for none."""
-        return self.scene.outputs or DEFAULT_OUTPUTS
+        """The functions the scene asks for; the catalogue's default set where it asks for none (without constraints
+        where origins of joints are run-time arguments: those have none)."""
+        if self.scene.outputs or not self.scene.runtime_origins:
+            return self.scene.outputs or DEFAULT_OUTPUTS
+        return tuple(output for output in DEFAULT_OUTPUTS if output.name not in OF_CONSTRAINTS)
 
     def output(self, name: str) -> Output:
         """The function of that name among `outputs`, or the catalogue row of that name.

@@ -106,7 +106,8 @@ def test_wrong_arguments(loaded: Loaded, arguments: Any, named: Any, error: Any,
 
 
 def test_describes_itself(loaded: Loaded) -> None:
-    assert list(loaded) == ["mass_matrix", "forward_dynamics", "integrate", "inverse_dynamics", "natural_mass_matrix"]
+    names = ["mass_matrix", "forward_dynamics", "integrate", "gravity_force", "potential_energy", "inverse_dynamics"]
+    assert list(loaded) == [*names, "natural_mass_matrix"]
     assert "mass_matrix" in loaded and "mass_matrix" in dir(loaded)
     assert loaded.mass_matrix.inputs == ("q", "p") and loaded.mass_matrix.outputs == ("M",)
     text = loaded.mass_matrix.__doc__

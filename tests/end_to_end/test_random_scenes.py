@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 import symgen
 from symgen.algebra.numbers import FloatNumbers, State
+from symgen.catalogue import OF_CONSTRAINTS
 from symgen.scene.joints import JOINT_TYPES
 from symgen.scene.model import Frame, JointSpring, Options, Output, Parameter, Scene, Spring, Transform
 from symgen.scene.outputs import DEFAULT_OUTPUTS
@@ -82,7 +83,9 @@ def scene_of(types: tuple[str, ...], convention: str, precision: str, seed: int)
     frame = Frame("tool", names[-1], Transform(rotation(1, 2, -1, 1), random_vector(rng)))
     scene = replace(scene, name="random_tree", joints=joints, forces=tuple(springs), frames=(frame,))
     options = Options(convention, precision, rng.choice(("polynomial", "libm")), status=rng.random() < 0.5, batch=True)
-    return replace(scene, parameters=parameters_of(scene, rng), outputs=outputs_of(names), options=options)
+    scene = replace(scene, parameters=parameters_of(scene, rng), options=options)
+    refused = OF_CONSTRAINTS if scene.runtime_origins else frozenset()
+    return replace(scene, outputs=tuple(output for output in outputs_of(names) if output.name not in refused))
 
 
 def parameters_of(scene: Scene, rng: random.Random) -> tuple[Parameter, ...]:
