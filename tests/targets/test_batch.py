@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
+from shutil import which
 from typing import Any
 
 import numpy as np
@@ -61,7 +62,7 @@ def programs() -> list[Program]:
     return [arm(), solver(), rotation(), wide()]
 
 
-def library(emitted: Emitted, folder: Path, cc: str, widest: int, flags: Sequence[str] = ("-O1",)) -> ctypes.CDLL:
+def library(emitted: Emitted, folder: Path, cc: str, widest: int, flags: Sequence[str] = ("-O0",)) -> ctypes.CDLL:
     write_files(emitted, folder)
     target = folder / str(widest)
     target.mkdir()
@@ -140,19 +141,29 @@ def spread(rows: Any, stride: int) -> Any:
     return columns
 
 
-@pytest.mark.parametrize("cc", COMPILERS)
-@pytest.mark.parametrize("options", [{}, {"precision": "float", "status": True}, {"trigonometry": "libm"}], ids=str)
+VARIANTS = [
+    pytest.param({}, "gcc"),
+    pytest.param({"precision": "float", "status": True}, "clang"),
+    pytest.param({"trigonometry": "libm"}, "gcc", marks=pytest.mark.slow),
+    pytest.param({"precision": "float", "status": True}, "gcc", marks=pytest.mark.slow),
+    pytest.param({"status": True}, "clang", marks=pytest.mark.slow),
+]
+
+
+@pytest.mark.parametrize(("options", "cc"), VARIANTS, ids=str)
 def test_bits_of_the_scalar_functions(options: dict[str, Any], cc: str, tmp_path: Path) -> None:
     """All widths, forms and lengths of tails, contraction off; angles beyond the range, zeros of both signs and pivots
     that are not positive among the others."""
+    if which(cc) is None:
+        pytest.skip(f"no {cc}")
     emitted = emit_c("demo", programs(), info(batch=True, **options))
     special = {
         "q": (1e9, -0.0, math.nan, 0.0, math.pi / 2, 3e5, -math.inf, 11 * math.pi, -1e-30, 1e4, 40.0),
         "p": (0.1, -2.0),
     }
     for widest in WIDEST:
-        handle = library(emitted, tmp_path, cc, widest)
-        for n in (1, 2, 7, 8, 16, 37, 300) if widest == 64 else (1, 5, 37):
+        handle = library(emitted, tmp_path, cc, widest, ("-O1",))
+        for n in (1, 8, 16, 37) if widest == 64 else (5, 37):
             caller = Caller(emitted, handle, n, **special)
             for function in emitted.functions:
                 single = {own: caller.scalar(function, own) for own in (False, True)}
@@ -184,24 +195,21 @@ def test_another_state_changes_nothing(tmp_path: Path) -> None:
             assert any((a[i] != b[i]).any() for i in touched)
 
 
+FLAGS = ["", "-march=haswell", "-march=x86-64-v4", "-DSYMGEN_WIDEST=0", "-m32", "-fopenmp", "-O2"]
+
+
 @pytest.mark.parametrize("cc", COMPILERS)
-@pytest.mark.parametrize("precision", ["double", "float"])
+@pytest.mark.parametrize("precision", ["double", pytest.param("float", marks=pytest.mark.slow)])
 def test_compiles_silently_for_every_processor(precision: str, cc: str, tmp_path: Path) -> None:
-    emitted = emit_c("demo", programs(), info(batch=True, precision=precision, status=True))
+    emitted = emit_c("demo", [solver(), rotation()], info(batch=True, precision=precision, status=True))
     write_files(emitted, tmp_path)
-    for flags in (
-        [],
-        ["-march=haswell"],
-        ["-march=x86-64-v4"],
-        ["-DSYMGEN_WIDEST=0"],
-        ["-m32", "-fsyntax-only"],
-        ["-fopenmp"],
-    ):
-        if ("-m32" in flags and not compiles("int x;", [cc, "-m32"])) or ("-fopenmp" in flags and cc == "clang"):
-            continue
-        command = [cc, *STRICT, *flags, "-O1", "-c", "demo_batch.c", "-o", "batch.o"]
-        ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-        assert ran.returncode == 0 and not ran.stderr, ran.stderr
+    for flag in FLAGS:
+        command = [cc, *STRICT, *([flag] if flag else []), "-c", "demo_batch.c", "-o", "batch.o"]
+        if compiles("int x;", command[:-4]):
+            ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+            assert ran.returncode == 0 and not ran.stderr, ran.stderr
+        else:
+            assert flag in ("-m32", "-fopenmp", "-march=x86-64-v4")
 
 
 def compiles(text: str, command: Sequence[str]) -> bool:
@@ -216,7 +224,7 @@ def test_openmp_gives_the_same_bits(tmp_path: Path) -> None:
     emitted = emit_c("demo", programs(), info(batch=True, status=True))
     one = library(emitted, tmp_path, "gcc", 64)
     (tmp_path / "omp").mkdir()
-    many = library(emitted, tmp_path / "omp", "gcc", 64, ("-O1", "-fopenmp"))
+    many = library(emitted, tmp_path / "omp", "gcc", 64, ("-O0", "-fopenmp"))
     for function in emitted.functions:
         for form in ("batch", "batch_p", "soa"):
             a = Caller(emitted, one, 1500, p=(0.1,)).form(function, form)
@@ -298,11 +306,10 @@ def body_mutants(text: str) -> Iterator[str]:
         r"const reals": ("reals", "const words", "const double", "static const reals"),
         r";(?=\n)": (",", "; ;", " #x;"),
     }
-    start, end = text.index("SYMGEN_TARGET static int SYMGEN_NAME("), text.index("#else", text.index("place)("))
     bodies = [
         m.span(1) for m in re.finditer(r"\(void\)lane_step;\n(.*?)    return SYMGEN_NAME\(keep\)", text, re.DOTALL)
     ]
-    assert bodies and start < bodies[0][0] < end
+    assert len(bodies) == 3
     comments = [match.span() for match in re.finditer(r"/\*.*?\*/", text, re.DOTALL)]
     for pattern, news in changes.items():
         found = 0
@@ -317,19 +324,17 @@ def body_mutants(text: str) -> Iterator[str]:
         assert found, pattern
 
 
-def test_mutated_statements_are_refused() -> None:
+@pytest.mark.parametrize("every", [5, pytest.param(1, marks=pytest.mark.slow)])
+def test_mutated_statements_are_refused(every: int) -> None:
     emitted = emit_c("demo", [arm(), solver(), wide()], info(batch=True))
     text = emitted.files["demo_batch.c"]
-    harmless = 0
-    for mutant in body_mutants(text):
+    for mutant in list(body_mutants(text))[::every]:
         try:
             certify(changed(emitted, mutant, "demo_batch.c"))
         except CertificateError:
             continue
-        harmless += 1
         where = next(k for k, (a, b) in enumerate(zip(text, mutant, strict=False)) if a != b)
         raise AssertionError(f"not caught: {mutant[max(0, where - 80) : where + 80]!r}")
-    assert harmless == 0
 
 
 @pytest.mark.parametrize("status", [False, True])
@@ -344,14 +349,14 @@ def test_mutated_frames_are_refused(status: bool) -> None:
     ]
     words = list(re.finditer(r"\w+|[-+*/<>=&|!~?,;(){}\[\]#\"]", text))
     checked = 0
-    for match in words[:: 7 if status else 5]:
+    for match in words[status::29]:
         if match.start() < start or any(a <= match.start() < b for a, b in [*comments, *bodies]):
             continue
         mutant = text[: match.start()] + ("x" if match[0] != "x" else "y") + text[match.end() :]
         with pytest.raises(CertificateError):
             read_back(changed(emitted, mutant, "demo_batch.c")).check_literals()
         checked += 1
-    assert checked > 300
+    assert checked > 80
     for mutant in (text + "int x;\n", text.replace('"demo.h"', '"other.h"'), f"int x;\n{text}"):
         with pytest.raises(CertificateError):
             read_back(changed(emitted, mutant, "demo_batch.c"))

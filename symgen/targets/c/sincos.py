@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -57,6 +56,7 @@ _NUMBERS: dict[str, dict[str, str]] = {
 def helper_functions(precision: str, trigonometry: str, called: Collection[str]) -> str:
     """The C text of the static functions that a file needs which calls ``called``. May be empty."""
     built_in = trigonometry == "polynomial"
+    macro = render("c/part.c.j2") if "parts" in called else ""
     entire = [name for name in ENTIRE if name in called]
     text = ""
     numbers = _NUMBERS[precision]
@@ -87,15 +87,14 @@ def helper_functions(precision: str, trigonometry: str, called: Collection[str])
             sinc3_x=polynomial(kernel.sinc3, "x", _BREAK + "    "),
             **numbers,
         )
-    return text.rstrip("\n")
+    return (macro + text).rstrip("\n")
 
 
 def vector_numbers(precision: str) -> dict[str, object]:
     """What the sine and cosine of vectors are written with: the numbers of `sine_cosine`, and bounds as bits."""
     numbers, kernel = _NUMBERS[precision], KERNELS[precision]
-    double = precision == "double"
-    bound, least = float(BOUND[precision]), float(2 * LEAST[precision])
-    bits = struct.unpack("<Q" if double else "<I", struct.pack("<d" if double else "<f", bound))[0]
+    bits, f = (64 if precision == "double" else 32), numbers["f"]
+    bound, least = BOUND[precision], 2 * LEAST[precision]
     return {
         "two_over_pi": numbers["two_over_pi"],
         "shifter": numbers["shifter"],
@@ -103,11 +102,13 @@ def vector_numbers(precision: str) -> dict[str, object]:
         "sine_z": polynomial(kernel.sine, "z", _BREAK),
         "cosine_z": polynomial(kernel.cosine, "z", _BREAK),
         "bound": numbers["bound"],
-        "bound_bits": f"UINT{64 if double else 32}_C(0x{bits:X})",
-        "least": f"{least!r}{numbers['f']}",
-        "sign_bit": f"UINT{64 if double else 32}_C(0x{1 << (63 if double else 31):X})",
-        "unit": f"1.0{numbers['f']}",
-        "point_five": f"0.5{numbers['f']}",
+        "bound_square": f"{bound**2 * (1 - 1e-6)!r}{f}",
+        "least_square": f"{float(least**2)!r}{f}",
+        "sign_bit": f"UINT{bits}_C(0x{1 << (bits - 1):X})",
+        "quarter": f"UINT{bits}_C(0x{1 << (bits - 2):X})",
+        "mask": f"__mmask{512 // bits}",
+        "unit": f"1.0{f}",
+        "point_five": f"0.5{f}",
     }
 
 

@@ -22,6 +22,7 @@ from symgen.program.instructions import Program
 from symgen.targets.c.literals import ConstantTable
 from symgen.targets.c.names import Names
 from symgen.targets.c.statements import ENTIRE, Functions, write_body
+from symgen.targets.c.vector_order import spread_divisions
 
 CALLS = {"sqrt": "SQRT", "cos": "COS", "sin": "SIN", **{name: name.upper() for name in ENTIRE}}
 """Operation → macro."""
@@ -60,11 +61,14 @@ def is_shared(name: str, shape: Sequence[int]) -> bool:
 def vector_body(program: Program, table: ConstantTable, pairs: bool, taken: Iterable[str]) -> VectorBody:
     """The statements of ``program`` over vectors. ``pairs``: sine and cosine come from one call."""
     names = Names([*taken, *FRAME])
-    body = write_body(program, table, Functions(CALLS, PAIR if pairs else ""), names.taken)
+    ordered = spread_divisions(program)
+    body = write_body(ordered, table, Functions(CALLS, PAIR if pairs else ""), names.taken)
     spell = _speller(program, {constant.name for constant in table})
-    lines = tuple((kind, spell(text) if kind == "code" else text) for kind, text in body.lines)
+    lines = [(kind, spell(text) if kind == "code" else text) for kind, text in body.lines]
+    if ordered is not program:
+        lines = [line for line in lines if line[0] == "code"]  # its phases are mixed
     requires = tuple(spell(f"{text};").removesuffix(";") for text in body.guards)
-    return VectorBody(lines, requires, body.unused, body.called, body.words)
+    return VectorBody(tuple(lines), requires, body.unused, body.called, body.words)
 
 
 def _speller(program: Program, constants: set[str]) -> Callable[[str], str]:
