@@ -9,6 +9,8 @@ from typing import Any
 from symgen.targets.c.templates import render
 
 SHIM = "symgen-shim.c"
+FEW = 4
+"""Fewer states are not worth a batch."""
 
 
 def shim_symbol(function: Mapping[str, Any]) -> str:
@@ -33,6 +35,28 @@ def shim_text(manifest: Mapping[str, Any]) -> str:
             {
                 "prototype": f"void {shim_symbol(function)}({', '.join(arguments)})",
                 "call": f"(void){function['symbol']}({', '.join(passed)})",
+                "batches": _batches(function),
             }
         )
     return render("c/shim.c.j2", headers=manifest["headers"], functions=rows)
+
+
+def _batches(function: Mapping[str, Any]) -> list[dict[str, str]]:
+    """(when, call) of the function's forms over states that lie one after the other, where it has them."""
+    symbol = function["batch_symbol"]
+    if not symbol:
+        return []
+    suffix = "_f32" if symbol.endswith("_f32") else ""
+    forms = {symbol: False}
+    if any(port["name"] == "p" for port in function["inputs"]):
+        forms[f"{symbol.removesuffix(suffix)}_p{suffix}"] = True
+    rows = []
+    for name, own_parameters in forms.items():
+        conditions, passed = [f"states >= {FEW}"], ["states"]
+        for k, port in enumerate(function["inputs"]):
+            shared = not port["shape"] or (port["name"] == "p" and not own_parameters)
+            conditions.append(f"step_{k} == {0 if shared else prod(port['shape'])}u")
+            passed.append(f"in_{k}" if port["shape"] else f"in_{k}[0]")
+        passed += [f"out_{k}" for k in range(len(function["outputs"]))]
+        rows.append({"when": " && ".join(conditions), "call": f"(void){name}({', '.join(passed)})"})
+    return rows

@@ -69,6 +69,26 @@ def test_batches_are_the_states_one_by_one(loaded: Loaded) -> None:
     assert loaded.mass_matrix(np.empty((0, 2))).shape == (0, 2, 2)
 
 
+@pytest.mark.parametrize("precision", ["double", "float"])
+def test_batches_of_the_artifact_are_used(precision: str, make_artifact: Make, cache: Path) -> None:
+    """The functions over vectors give what single states give; shared and own parameters, steps and few states too."""
+    functions = make_artifact("vectors", batch=True, precision=precision).load(cache=cache)
+    close = {"rtol": 1e-13 if precision == "double" else 2e-5, "atol": 1e-15 if precision == "double" else 1e-6}
+    rng = np.random.default_rng(2)
+    q, v, p = (rng.uniform(0.5, 1.5, size=(21, k)) for k in (2, 2, 4))
+    for own in (p[0], p):
+        mass = functions.mass_matrix(q, own)
+        assert all(
+            np.allclose(mass[i], functions.mass_matrix(q[i], p[i if own is p else 0]), **close) for i in range(21)
+        )
+    for steps in (0.25, np.linspace(0, 1, 21)):
+        after = functions.integrate(q, v, steps)
+        single = [functions.integrate(q[i], v[i], np.broadcast_to(steps, 21)[i]) for i in range(21)]
+        assert np.allclose(after, single, **close)
+    assert np.allclose(functions.integrate(q, v[0], 0.25)[20], functions.integrate(q[20], v[0], 0.25), **close)
+    assert functions.mass_matrix(q[:3]).shape == (3, 2, 2)
+
+
 def test_no_inputs(loaded: Loaded) -> None:
     assert np.allclose(loaded.natural_mass_matrix().ravel(), np.arange(16) / 3)
 
