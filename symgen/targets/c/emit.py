@@ -19,8 +19,9 @@ from symgen.targets.c.example import example_file
 from symgen.targets.c.info import Info
 from symgen.targets.c.literals import PRECISIONS, Constant, Precision, constant_table, inline_literal, rounded_literal
 from symgen.targets.c.names import HELPERS, Names
-from symgen.targets.c.signatures import Symbols, batch_prototypes, prototype, returns_status, symbols
+from symgen.targets.c.signatures import Symbols, batch_prototypes, prototype, returns_status, scalar_arguments, symbols
 from symgen.targets.c.sincos import helper_functions
+from symgen.targets.c.split import split
 from symgen.targets.c.statements import Body, Functions, write_body
 from symgen.targets.c.templates import render
 
@@ -266,20 +267,25 @@ def _source(
     precision: Precision,
     banner: Sequence[str],
 ) -> str:
+    whole = [
+        split(body, precision.c_type, row.scalar, scalar_arguments(program, precision)) for program, row, body in chosen
+    ]
     called = {function for _, _, body in chosen for function in body.called}
-    helpers = helper_functions(precision.name, info.options.trigonometry, called)
+    functions = called | ({"parts"} if any(parts for parts, _ in whole) else set())
+    helpers = helper_functions(precision.name, info.options.trigonometry, functions)
     guarded = any(program.guards for program, _, _ in chosen)
     zero, nan = f"0.0{precision.literal_suffix}", "NAN" if precision.name == "float" else "(double)NAN"
     rows = [
         {
             "comment": describe(program, body.counts),
             "prototype": prototype(program, row, precision, info.options.status),
-            "body": body,
+            "parts": parts,
+            "body": rest,
             "guard": " && ".join(f"{text} > {zero}" for text in body.guards),
             "outputs": [(port.name, port.size) for port in program.outputs],
             "status": returns_status(program, info.options.status),
         }
-        for program, row, body in chosen
+        for (program, row, body), (parts, rest) in zip(chosen, whole, strict=True)
     ]
     return render(
         "c/source.c.j2",

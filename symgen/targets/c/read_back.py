@@ -22,6 +22,7 @@ from symgen.targets.c.literals import PRECISIONS
 from symgen.targets.c.rounding import check_literal, literal_value
 from symgen.targets.c.signatures import batch_prototypes
 from symgen.targets.c.sincos import helper_functions
+from symgen.targets.c.split import PART, joined
 
 _COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
 _INCLUDES = re.compile(r'\s*#include "(\w+)\.h"\n((?:#include <(?:math|stdint)\.h>\n)*)')
@@ -109,11 +110,12 @@ def _read_source(
 ) -> tuple[dict[str, ReadFunction], list[NamedLiteral]]:
     options = emitted.info.options
     code = _code(file, emitted.files[file])
-    first = re.search(rf"\n(?:void|int) {re.escape(expected[0].symbols.scalar)}\(", code)
+    symbol = re.escape(expected[0].symbols.scalar)
+    first = re.search(rf"\n(?:SYMGEN_PART void {symbol}_part0|(?:void|int) {symbol})\(", code)
     if first is None:
         raise CertificateError(f"{file}: {expected[0].symbols.scalar} is not there")
     prefix, rest = code[: first.start() + 1], code[first.start() + 1 :]
-    called = set(_CALL.findall(rest))
+    called = set(_CALL.findall(rest)) | ({"parts"} if "SYMGEN_PART" in rest else set())
     helpers = _code(file, helper_functions(options.precision, options.trigonometry, called))
     guarded = any(function.program.guards for function in expected)
     prefix = _after_includes(file, prefix, emitted.name, bool(called & _MATH) or guarded, "uint64_t" in helpers)
@@ -124,6 +126,10 @@ def _read_source(
     functions: dict[str, ReadFunction] = {}
     position = 0
     for function in expected:
+        parts = []
+        while match := PART.match(rest, position):
+            parts.append((match[1], match[2], match[3]))
+            position = match.end()
         match = _FUNCTION.match(rest, position)
         place = f"{file}: {function.symbols.scalar}"
         if match is None or match[2] != function.symbols.scalar:
@@ -132,7 +138,10 @@ def _read_source(
         status = options.status and bool(function.program.guards)
         _check_signature(place, match[1], match[3], function, options.precision, status)
         reader = FunctionReader(place, function.program, values, options.precision, options.trigonometry, status)
-        functions[function.program.name] = reader.read(match[4])
+        body = match[4]
+        if parts:
+            body = joined(place, function.symbols.scalar, options.precision, match[3], parts, body)
+        functions[function.program.name] = reader.read(body)
     if rest[position:].strip():
         raise CertificateError(f"{file}: text after the last function")
     _check_all_used(file, literals, functions)

@@ -75,10 +75,15 @@ def _declaration(result: str, symbol: str, arguments: Sequence[str]) -> str:
 
 def prototype(program: Program, row: Symbols, precision: Precision, status: bool) -> str:
     """``void rrpr_mass_matrix(const double q[4], double M[16])``."""
+    arguments = scalar_arguments(program, precision)
+    return _declaration("int" if returns_status(program, status) else "void", row.scalar, arguments)
+
+
+def scalar_arguments(program: Program, precision: Precision) -> list[str]:
+    """Of the function of one state, as declared."""
     real = precision.c_type
     arguments = [f"const {real} {p.name}[{p.size}]" if _array(p) else f"{real} {p.name}" for p in program.inputs]
-    arguments += [f"{real} {p.name}[{p.size}]" for p in program.outputs]
-    return _declaration("int" if returns_status(program, status) else "void", row.scalar, arguments)
+    return [*arguments, *(f"{real} {p.name}[{p.size}]" for p in program.outputs)]
 
 
 def batch_prototype(program: Program, symbol: str, precision: Precision, status: bool, own_parameters: bool) -> str:
