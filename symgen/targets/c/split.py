@@ -108,7 +108,7 @@ def part_symbol(symbol: str, number: int) -> str:
 PART = re.compile(r"\s*SYMGEN_PART void (\w+)\(([^()]*)\)\n\{\n(.*?)\n\}\n", re.ASCII | re.DOTALL)
 _CALL = re.compile(r"\s*(\w+)\(([^()]*)\);", re.ASCII)
 _LOAD = re.compile(r"\s*const (?:double|float) (\w+) = w\[(\d{1,6})\];", re.ASCII)
-_STORE = re.compile(r"(?:^|\s)w\[(\d{1,6})\] = (\w+);\s*$", re.ASCII)
+_STORE = re.compile(r"\s*w\[(\d{1,6})\] = (\w+);\s*", re.ASCII)
 
 
 def joined(place: str, symbol: str, real: str, arguments: str, parts: Sequence[tuple[str, str, str]], body: str) -> str:
@@ -156,12 +156,13 @@ class _Traffic:
                 raise CertificateError(f"{place}: w[{match[2]}] is not {match[1]}")
             loaded.add(match[1])
             position = match.end()
-        kept = body[position:]
-        while match := _STORE.search(kept):
+        lines = body[position:].rstrip().split("\n")
+        while match := _STORE.fullmatch(lines[-1]):
             if int(match[1]) in self.slots or not int(match[1]) < self.size:
                 raise CertificateError(f"{place}: w[{match[1]}] is stored twice, or there is none")
             self.slots[int(match[1])] = match[2]
-            kept = kept[: match.start()]
+            lines.pop()
+        kept = "\n".join(lines) + "\n"
         words = set(_WORD.findall(kept))
         if "w" in words or words & (self.defined - loaded):
             raise CertificateError(f"{place}: reads what is not there")
