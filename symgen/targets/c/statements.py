@@ -204,10 +204,10 @@ class _Writer:
 
     def finish(self, program: Program) -> None:
         """The entries that are constants, in their order, after all others."""
-        texts = []
+        texts, loops = list[str](), list[str]()
         for port, row in zip(program.outputs, program.results, strict=True):
             runs = self.zero_runs(row)
-            texts += [f"for (int i = {start}; i < {end}; ++i) {port.name}[i] = 0;" for start, end in runs]
+            loops += [f"for (int i = {start}; i < {end}; ++i) {port.name}[i] = 0;" for start, end in runs]
             cleared = {entry for start, end in runs for entry in range(start, end)}
             texts += [
                 f"{port.name}[{entry}] = {self.at(index).signed()};"
@@ -216,7 +216,7 @@ class _Writer:
             ]
         heading = "constant entries" if self.lines else ""
         packed = _fill(texts) if len(texts) > FEW else texts
-        for text in packed:
+        for text in (*loops, *packed):
             self.code(text, heading)
 
     def compose(self, index: int) -> Expression:
