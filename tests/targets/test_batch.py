@@ -306,9 +306,7 @@ def body_mutants(text: str) -> Iterator[str]:
         r"const reals": ("reals", "const words", "const double", "static const reals"),
         r";(?=\n)": (",", "; ;", " #x;"),
     }
-    bodies = [
-        m.span(1) for m in re.finditer(r"\(void\)lane_step;\n(.*?)    return SYMGEN_NAME\(keep\)", text, re.DOTALL)
-    ]
+    bodies = [m.span(1) for m in re.finditer(r"\(void\)lane_step;\n(.*?)    SYMGEN_IN_MEMORY", text, re.DOTALL)]
     assert len(bodies) == 3
     comments = [match.span() for match in re.finditer(r"/\*.*?\*/", text, re.DOTALL)]
     for pattern, news in changes.items():
@@ -344,9 +342,7 @@ def test_mutated_frames_are_refused(status: bool) -> None:
     text = emitted.files["demo_batch.c"]
     start = text.index("#ifdef SYMGEN_LANES")
     comments = [match.span() for match in re.finditer(r"/\*.*?\*/", text, re.DOTALL)]
-    bodies = [
-        m.span(1) for m in re.finditer(r"\(void\)lane_step;\n(.*?)    return SYMGEN_NAME\(keep\)", text, re.DOTALL)
-    ]
+    bodies = [m.span(1) for m in re.finditer(r"\(void\)lane_step;\n(.*?)    SYMGEN_IN_MEMORY", text, re.DOTALL)]
     words = list(re.finditer(r"\w+|[-+*/<>=&|!~?,;(){}\[\]#\"]", text))
     checked = 0
     for match in words[status::29]:
