@@ -263,15 +263,7 @@ void cart_pole_velocity_transformation_rate(const double q[2], const double v[2]
     Rdot[11] = v[1] * (0.5 * sin_q1);
     Rdot[9] = -v[1] * (0.5 * cos_q1);
     /* constant entries */
-    Rdot[0] = 0.0;
-    Rdot[1] = 0.0;
-    Rdot[2] = 0.0;
-    Rdot[3] = 0.0;
-    Rdot[4] = 0.0;
-    Rdot[5] = 0.0;
-    Rdot[6] = 0.0;
-    Rdot[7] = 0.0;
-    Rdot[8] = 0.0;
+    for (int i = 0; i < 9; ++i) Rdot[i] = 0;
     Rdot[10] = 0.0;
 }
 
@@ -393,11 +385,11 @@ void cart_pole_forward_dynamics(const double q[2], const double v[2], const doub
     double sin_q1, cos_q1;
     sine_cosine(q[1], &sin_q1, &cos_q1);
     const double t1 = tau[1] + 1.4715 * sin_q1;
-    /* factor: LᵀDL and inward solve */
+    /* factor: LᵀDL */
     const double t2 = 1.5 * cos_q1;
     const double t3 = 1.3 - 0.15 * cos_q1 * t2;
-    /* solve: outward */
-    const double t4 = (tau[0] + sin_q1 * (0.15 * (v[1] * v[1])) - t1 * t2) * (1.0 / t3);
+    /* solve */
+    const double t4 = 1.0 / t3 * (tau[0] + sin_q1 * (0.15 * (v[1] * v[1])) - t1 * t2);
     a[0] = t4;
     a[1] = 10.0 * t1 - t2 * t4;
     /* no answer unless these are positive */

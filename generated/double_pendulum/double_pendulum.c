@@ -143,6 +143,70 @@ static double cosine(double x)
     return c;
 }
 
+#if defined(__GNUC__)
+/* Sines and cosines of count angles (a multiple of four), four at a time; every one has the bits that
+ * sine_cosine gives it when contraction is off, and where one of four is beyond the range, or too
+ * little is left of it, sine_cosine does them. */
+typedef double four __attribute__((vector_size(32)));
+typedef double four_apart __attribute__((vector_size(32), aligned(8), may_alias));
+typedef int64_t four_bits __attribute__((vector_size(32)));
+
+static __attribute__((noinline)) void four_slowly(const double *x, double *s, double *c)
+{
+    for (int i = 0; i < 4; ++i) {
+        sine_cosine(x[i], &s[i], &c[i]);
+    }
+}
+
+static void sines_cosines(const double *angles, double *sines, double *cosines, int count)
+{
+    for (int i = 0; i < count; i += 4) {
+        const four x = *(const four_apart *)(angles + i);
+        const four shifted = x * 0.63661977236758134 + 6755399441055744.0;
+        const four n = shifted - 6755399441055744.0;
+        const four r1 = x - n * 1.5707963267923333;
+        const four w2 = n * 2.5633441514780767e-12;
+        const four r2 = r1 - w2;
+        const four w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
+        const four r = r2 - w3;
+        const four t = (r2 - r) - w3;
+        const four z = r * r;
+        const four w = z * z;
+        const four half = 0.5 * z;
+        const four one = 1.0 - half;
+        const four size = (four)((four_bits)x & INT64_MAX);
+        const four least = 1.3877787807814457e-17 * (four)((four_bits)n & INT64_MAX);
+        const four_bits fast = (size <= 1.0e5) & ((four)((four_bits)r & INT64_MAX) >= least);
+        const four_bits turn = (four_bits)shifted;
+        four_bits swap, sine, cosine;
+        four odd, even;
+        odd = (-0.16666666666666630 + 0.0083333333333218407 * z)
+        + w * ((-0.00019841269829358525 + 2.7557313538512764e-6 * z)
+        + w * (-2.5050734389013597e-8 + 1.5895433277812973e-10 * z));
+        even = (0.041666666666666595 - 0.0013888888888873296 * z)
+        + w * ((2.4801587288953846e-5 - 2.7557314198804994e-7 * z)
+        + w * (2.0875702453515863e-9 - 1.1358577036971123e-11 * z));
+        odd = r + (r * z * odd + t * one);
+        even = one + (((1.0 - one) - half) + (w * even - r * t));
+        sine = (four_bits)odd | ((four_bits)x & (x == 0.0));
+        cosine = (four_bits)even;
+        swap = (sine ^ cosine) & -(turn & 1);
+        *(four_apart *)(sines + i) = (four)(sine ^ swap ^ ((turn & 2) << 62));
+        *(four_apart *)(cosines + i) = (four)(cosine ^ swap ^ (((turn + 1) & 2) << 62));
+        if ((fast[0] & fast[1] & fast[2] & fast[3]) == 0) {
+            four_slowly(angles + i, sines + i, cosines + i);
+        }
+    }
+}
+#else
+static void sines_cosines(const double *angles, double *sines, double *cosines, int count)
+{
+    for (int i = 0; i < count; ++i) {
+        sine_cosine(angles[i], &sines[i], &cosines[i]);
+    }
+}
+#endif
+
 /*
  * natural_coordinates: x = basic points and unit vectors, ground axes
  * From q (2, m or rad) to x (4, m or 1).
@@ -150,12 +214,15 @@ static double cosine(double x)
  */
 void double_pendulum_natural_coordinates(const double q[2], double x[4])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
+    const double angles[4] = {q[0], q[1], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
     x[0] = -sin_q0;
     x[1] = -cos_q0;
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
     x[2] = 0.25 * (cos_q0 * cos_q1 - sin_q0 * sin_q1) - sin_q0;
     x[3] = -(cos_q0 + 0.25 * (cos_q0 * sin_q1 + sin_q0 * cos_q1));
 }
@@ -179,10 +246,13 @@ void double_pendulum_natural_mass_matrix(double Mn[16])
  */
 void double_pendulum_constraints(const double q[2], double Psi[2])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
+    const double angles[4] = {q[0], q[1], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
     const double t1 = 0.25 * (cos_q0 * cos_q1 - sin_q0 * sin_q1) - sin_q0;
     const double t2 = cos_q0 + 0.25 * (cos_q0 * sin_q1 + sin_q0 * cos_q1);
     const double t3 = sin_q0 * sin_q0;
@@ -199,10 +269,13 @@ void double_pendulum_constraints(const double q[2], double Psi[2])
  */
 void double_pendulum_constraint_jacobian(const double q[2], double Psi_q[8])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
+    const double angles[4] = {q[0], q[1], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
     const double t1 = 0.25 * (cos_q0 * cos_q1 - sin_q0 * sin_q1) - sin_q0;
     const double t2 = cos_q0 + 0.25 * (cos_q0 * sin_q1 + sin_q0 * cos_q1);
     const double t3 = 2.0 * sin_q0;
@@ -225,12 +298,15 @@ void double_pendulum_constraint_jacobian(const double q[2], double Psi_q[8])
  */
 void double_pendulum_velocity_transformation(const double q[2], double R[8])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
+    const double angles[4] = {q[0], q[1], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
     R[2] = sin_q0;
     R[0] = -cos_q0;
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
     const double t1 = 0.25 * (cos_q0 * cos_q1 - sin_q0 * sin_q1);
     const double t2 = cos_q0 + 0.25 * (cos_q0 * sin_q1 + sin_q0 * cos_q1);
     R[4] = -t2;
@@ -249,10 +325,13 @@ void double_pendulum_velocity_transformation(const double q[2], double R[8])
  */
 void double_pendulum_velocity_transformation_rate(const double q[2], const double v[2], double Rdot[8])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
+    const double angles[4] = {q[0], q[1], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
     const double t1 = v[0] * cos_q0;
     Rdot[2] = t1;
     const double t2 = v[0] * sin_q0;
@@ -277,10 +356,13 @@ void double_pendulum_velocity_transformation_rate(const double q[2], const doubl
  */
 void double_pendulum_natural_bias_acceleration(const double q[2], const double v[2], double xddot_bias[4])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
+    const double angles[4] = {q[0], q[1], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
     const double t1 = v[0] + v[1];
     const double t2 = v[0] * (v[0] * sin_q0);
     xddot_bias[0] = t2;
@@ -335,21 +417,19 @@ void double_pendulum_coriolis_matrix(const double q[2], const double v[2], doubl
 /*
  * gravity_force: g = gravity, left-hand side
  * From q (2, m or rad) to g (2, N or N.m).
- * Plan: composite. Operations: 3 add, 9 mul, 2 sincos.
+ * Plan: composite, parallel axes merged. Operations: 2 add, 4 mul, 2 sincos.
  */
 void double_pendulum_gravity_force(const double q[2], double g[2])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
-    /* gravity in link axes: upper */
-    const double t1 = 9.81 * cos_q0;
-    const double t2 = 9.81 * sin_q0;
+    const double angles[4] = {q[0], q[0] + q[1], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double sin_1 = sines[1];
     /* gravity: upper */
-    g[0] = t2 * (1.35 + 0.3 * cos_q1) + t1 * (0.3 * sin_q1);
+    g[0] = 9.81 * (1.35 * sin_q0 + 0.3 * sin_1);
     /* gravity: lower */
-    g[1] = 0.3 * (cos_q1 * t2 + sin_q1 * t1);
+    g[1] = 2.943 * sin_1;
 }
 
 /*
@@ -372,10 +452,13 @@ void double_pendulum_passive_force(const double q[2], const double v[2], double 
  */
 void double_pendulum_bias_force(const double q[2], const double v[2], double h[2])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
+    const double angles[4] = {q[0], q[1], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
     /* motion: lower */
     const double w_lower_z = v[0] + v[1];
     const double t1 = sin_q1 * (9.81 * cos_q0 + v[0] * v[0]);
@@ -393,10 +476,13 @@ void double_pendulum_bias_force(const double q[2], const double v[2], double h[2
  */
 void double_pendulum_inverse_dynamics(const double q[2], const double v[2], const double a[2], double tau[2])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
+    const double angles[4] = {q[0], q[1], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
     /* motion: lower */
     const double w_lower_z = v[0] + v[1];
     const double dw_lower_z = a[0] + a[1];
@@ -417,10 +503,13 @@ void double_pendulum_inverse_dynamics(const double q[2], const double v[2], cons
  */
 void double_pendulum_forward_dynamics(const double q[2], const double v[2], const double tau[2], double a[2])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
+    const double angles[4] = {q[0], q[1], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
     /* motion: lower */
     const double w_lower_z = v[0] + v[1];
     const double t1 = sin_q1 * (9.81 * cos_q0 + v[0] * v[0]);
@@ -431,11 +520,11 @@ void double_pendulum_forward_dynamics(const double q[2], const double v[2], cons
     const double t3 = tau[1] - n_lower_z;
     /* mass matrix: columns of lower */
     const double t4 = 0.16 + 0.3 * cos_q1;
-    /* factor: LᵀDL and inward solve */
+    /* factor: LᵀDL */
     const double t5 = 6.25 * t4;
     const double t6 = 1.31 + 0.6 * cos_q1 - t4 * t5;
-    /* solve: outward */
-    const double t7 = (tau[0] - (t2 + 13.2435 * sin_q0) - t3 * t5) * (1.0 / t6);
+    /* solve */
+    const double t7 = 1.0 / t6 * (tau[0] - (t2 + 13.2435 * sin_q0) - t3 * t5);
     a[0] = t7;
     a[1] = 6.25 * t3 - t5 * t7;
     /* no answer unless these are positive */
@@ -468,10 +557,13 @@ void double_pendulum_kinetic_energy(const double q[2], const double v[2], double
  */
 void double_pendulum_potential_energy(const double q[2], double V[1])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
+    const double angles[4] = {q[0], q[1], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
     V[0] = 9.81 * (sin_q0 * (0.3 * sin_q1) - cos_q0 * (1.35 + 0.3 * cos_q1));
 }
 
@@ -493,10 +585,13 @@ void double_pendulum_integrate(const double q[2], const double v[2], double dt, 
  */
 void double_pendulum_frame_pose_tip(const double q[2], double pose[16])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
+    const double angles[4] = {q[0], q[1], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
     const double t1 = cos_q0 * cos_q1 - sin_q0 * sin_q1;
     pose[0] = t1;
     pose[10] = t1;

@@ -136,6 +136,70 @@ static void sine_cosine(double x, double *s, double *c)
     }
 }
 
+#if defined(__GNUC__)
+/* Sines and cosines of count angles (a multiple of four), four at a time; every one has the bits that
+ * sine_cosine gives it when contraction is off, and where one of four is beyond the range, or too
+ * little is left of it, sine_cosine does them. */
+typedef double four __attribute__((vector_size(32)));
+typedef double four_apart __attribute__((vector_size(32), aligned(8), may_alias));
+typedef int64_t four_bits __attribute__((vector_size(32)));
+
+static __attribute__((noinline)) void four_slowly(const double *x, double *s, double *c)
+{
+    for (int i = 0; i < 4; ++i) {
+        sine_cosine(x[i], &s[i], &c[i]);
+    }
+}
+
+static void sines_cosines(const double *angles, double *sines, double *cosines, int count)
+{
+    for (int i = 0; i < count; i += 4) {
+        const four x = *(const four_apart *)(angles + i);
+        const four shifted = x * 0.63661977236758134 + 6755399441055744.0;
+        const four n = shifted - 6755399441055744.0;
+        const four r1 = x - n * 1.5707963267923333;
+        const four w2 = n * 2.5633441514780767e-12;
+        const four r2 = r1 - w2;
+        const four w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
+        const four r = r2 - w3;
+        const four t = (r2 - r) - w3;
+        const four z = r * r;
+        const four w = z * z;
+        const four half = 0.5 * z;
+        const four one = 1.0 - half;
+        const four size = (four)((four_bits)x & INT64_MAX);
+        const four least = 1.3877787807814457e-17 * (four)((four_bits)n & INT64_MAX);
+        const four_bits fast = (size <= 1.0e5) & ((four)((four_bits)r & INT64_MAX) >= least);
+        const four_bits turn = (four_bits)shifted;
+        four_bits swap, sine, cosine;
+        four odd, even;
+        odd = (-0.16666666666666630 + 0.0083333333333218407 * z)
+        + w * ((-0.00019841269829358525 + 2.7557313538512764e-6 * z)
+        + w * (-2.5050734389013597e-8 + 1.5895433277812973e-10 * z));
+        even = (0.041666666666666595 - 0.0013888888888873296 * z)
+        + w * ((2.4801587288953846e-5 - 2.7557314198804994e-7 * z)
+        + w * (2.0875702453515863e-9 - 1.1358577036971123e-11 * z));
+        odd = r + (r * z * odd + t * one);
+        even = one + (((1.0 - one) - half) + (w * even - r * t));
+        sine = (four_bits)odd | ((four_bits)x & (x == 0.0));
+        cosine = (four_bits)even;
+        swap = (sine ^ cosine) & -(turn & 1);
+        *(four_apart *)(sines + i) = (four)(sine ^ swap ^ ((turn & 2) << 62));
+        *(four_apart *)(cosines + i) = (four)(cosine ^ swap ^ (((turn + 1) & 2) << 62));
+        if ((fast[0] & fast[1] & fast[2] & fast[3]) == 0) {
+            four_slowly(angles + i, sines + i, cosines + i);
+        }
+    }
+}
+#else
+static void sines_cosines(const double *angles, double *sines, double *cosines, int count)
+{
+    for (int i = 0; i < count; ++i) {
+        sine_cosine(angles[i], &sines[i], &cosines[i]);
+    }
+}
+#endif
+
 /* Constants that no short decimal says exactly, correctly rounded. */
 static const double k1 = 0.93629336358419923;
 static const double k2 = 0.28962947762551555;
@@ -355,8 +419,15 @@ static const double k210 = 0.12744011793795837;
  */
 void fig1_natural_coordinates(const double q[4], double x[27])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
+    const double angles[4] = {q[0], q[1], q[3], 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
+    const double sin_q3 = sines[2];
+    const double cos_q3 = cosines[2];
     const double t1 = 0.8 * sin_q0;
     const double t2 = 0.48 * sin_q0;
     const double t3 = 0.36 * sin_q0;
@@ -397,8 +468,6 @@ void fig1_natural_coordinates(const double q[4], double x[27])
     x[1] = t36;
     const double t37 = 0.3 + (0.3 * t23 - 0.1 * t24 + 0.4 * t25);
     x[2] = t37;
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
     const double t38 = k20 * sin_q1;
     const double t39 = k19 * sin_q1;
     const double t40 = 1.0 - cos_q1;
@@ -458,8 +527,6 @@ void fig1_natural_coordinates(const double q[4], double x[27])
     x[16] = t86;
     const double t87 = t75 + (0.05 * t64 + 0.3 * t65 + 0.12 * t66);
     x[17] = t87;
-    double sin_q3, cos_q3;
-    sine_cosine(q[3], &sin_q3, &cos_q3);
     const double t88 = k45 * sin_q3;
     const double t89 = k46 * sin_q3;
     const double t90 = k44 * sin_q3;
@@ -509,126 +576,86 @@ void fig1_natural_coordinates(const double q[4], double x[27])
  */
 void fig1_natural_mass_matrix(double Mn[729])
 {
+    for (int i = 10; i < 28; ++i) Mn[i] = 0;
+    for (int i = 38; i < 56; ++i) Mn[i] = 0;
+    for (int i = 66; i < 81; ++i) Mn[i] = 0;
+    for (int i = 91; i < 109; ++i) Mn[i] = 0;
+    for (int i = 119; i < 137; ++i) Mn[i] = 0;
+    for (int i = 147; i < 162; ++i) Mn[i] = 0;
+    for (int i = 172; i < 190; ++i) Mn[i] = 0;
+    for (int i = 200; i < 218; ++i) Mn[i] = 0;
+    for (int i = 228; i < 243; ++i) Mn[i] = 0;
+    for (int i = 262; i < 271; ++i) Mn[i] = 0;
+    for (int i = 290; i < 299; ++i) Mn[i] = 0;
+    for (int i = 318; i < 333; ++i) Mn[i] = 0;
+    for (int i = 343; i < 361; ++i) Mn[i] = 0;
+    for (int i = 371; i < 389; ++i) Mn[i] = 0;
+    for (int i = 399; i < 414; ++i) Mn[i] = 0;
+    for (int i = 430; i < 442; ++i) Mn[i] = 0;
+    for (int i = 458; i < 470; ++i) Mn[i] = 0;
+    for (int i = 486; i < 495; ++i) Mn[i] = 0;
+    for (int i = 511; i < 523; ++i) Mn[i] = 0;
+    for (int i = 539; i < 551; ++i) Mn[i] = 0;
+    for (int i = 567; i < 582; ++i) Mn[i] = 0;
+    for (int i = 592; i < 610; ++i) Mn[i] = 0;
+    for (int i = 620; i < 638; ++i) Mn[i] = 0;
+    for (int i = 648; i < 663; ++i) Mn[i] = 0;
+    for (int i = 673; i < 691; ++i) Mn[i] = 0;
+    for (int i = 701; i < 719; ++i) Mn[i] = 0;
     Mn[0] = k68; Mn[1] = 0.0; Mn[2] = 0.0; Mn[3] = -k69; Mn[4] = 0.0; Mn[5] = 0.0; Mn[6] = k62;
-    Mn[7] = 0.0; Mn[8] = 0.0; Mn[9] = k63; Mn[10] = 0.0; Mn[11] = 0.0; Mn[12] = 0.0; Mn[13] = 0.0;
-    Mn[14] = 0.0; Mn[15] = 0.0; Mn[16] = 0.0; Mn[17] = 0.0; Mn[18] = 0.0; Mn[19] = 0.0;
-    Mn[20] = 0.0; Mn[21] = 0.0; Mn[22] = 0.0; Mn[23] = 0.0; Mn[24] = 0.0; Mn[25] = 0.0;
-    Mn[26] = 0.0; Mn[27] = 0.0; Mn[28] = k68; Mn[29] = 0.0; Mn[30] = 0.0; Mn[31] = -k69;
+    Mn[7] = 0.0; Mn[8] = 0.0; Mn[9] = k63; Mn[28] = k68; Mn[29] = 0.0; Mn[30] = 0.0; Mn[31] = -k69;
     Mn[32] = 0.0; Mn[33] = 0.0; Mn[34] = k62; Mn[35] = 0.0; Mn[36] = 0.0; Mn[37] = k63;
-    Mn[38] = 0.0; Mn[39] = 0.0; Mn[40] = 0.0; Mn[41] = 0.0; Mn[42] = 0.0; Mn[43] = 0.0;
-    Mn[44] = 0.0; Mn[45] = 0.0; Mn[46] = 0.0; Mn[47] = 0.0; Mn[48] = 0.0; Mn[49] = 0.0;
-    Mn[50] = 0.0; Mn[51] = 0.0; Mn[52] = 0.0; Mn[53] = 0.0; Mn[54] = 0.0; Mn[55] = 0.0;
     Mn[56] = k68; Mn[57] = 0.0; Mn[58] = 0.0; Mn[59] = -k69; Mn[60] = 0.0; Mn[61] = 0.0;
-    Mn[62] = k62; Mn[63] = 0.0; Mn[64] = 0.0; Mn[65] = k63; Mn[66] = 0.0; Mn[67] = 0.0;
-    Mn[68] = 0.0; Mn[69] = 0.0; Mn[70] = 0.0; Mn[71] = 0.0; Mn[72] = 0.0; Mn[73] = 0.0;
-    Mn[74] = 0.0; Mn[75] = 0.0; Mn[76] = 0.0; Mn[77] = 0.0; Mn[78] = 0.0; Mn[79] = 0.0;
-    Mn[80] = 0.0; Mn[81] = -k69; Mn[82] = 0.0; Mn[83] = 0.0; Mn[84] = k70; Mn[85] = 0.0;
-    Mn[86] = 0.0; Mn[87] = -k64; Mn[88] = 0.0; Mn[89] = 0.0; Mn[90] = k65; Mn[91] = 0.0;
-    Mn[92] = 0.0; Mn[93] = 0.0; Mn[94] = 0.0; Mn[95] = 0.0; Mn[96] = 0.0; Mn[97] = 0.0;
-    Mn[98] = 0.0; Mn[99] = 0.0; Mn[100] = 0.0; Mn[101] = 0.0; Mn[102] = 0.0; Mn[103] = 0.0;
-    Mn[104] = 0.0; Mn[105] = 0.0; Mn[106] = 0.0; Mn[107] = 0.0; Mn[108] = 0.0; Mn[109] = -k69;
-    Mn[110] = 0.0; Mn[111] = 0.0; Mn[112] = k70; Mn[113] = 0.0; Mn[114] = 0.0; Mn[115] = -k64;
-    Mn[116] = 0.0; Mn[117] = 0.0; Mn[118] = k65; Mn[119] = 0.0; Mn[120] = 0.0; Mn[121] = 0.0;
-    Mn[122] = 0.0; Mn[123] = 0.0; Mn[124] = 0.0; Mn[125] = 0.0; Mn[126] = 0.0; Mn[127] = 0.0;
-    Mn[128] = 0.0; Mn[129] = 0.0; Mn[130] = 0.0; Mn[131] = 0.0; Mn[132] = 0.0; Mn[133] = 0.0;
-    Mn[134] = 0.0; Mn[135] = 0.0; Mn[136] = 0.0; Mn[137] = -k69; Mn[138] = 0.0; Mn[139] = 0.0;
-    Mn[140] = k70; Mn[141] = 0.0; Mn[142] = 0.0; Mn[143] = -k64; Mn[144] = 0.0; Mn[145] = 0.0;
-    Mn[146] = k65; Mn[147] = 0.0; Mn[148] = 0.0; Mn[149] = 0.0; Mn[150] = 0.0; Mn[151] = 0.0;
-    Mn[152] = 0.0; Mn[153] = 0.0; Mn[154] = 0.0; Mn[155] = 0.0; Mn[156] = 0.0; Mn[157] = 0.0;
-    Mn[158] = 0.0; Mn[159] = 0.0; Mn[160] = 0.0; Mn[161] = 0.0; Mn[162] = k62; Mn[163] = 0.0;
+    Mn[62] = k62; Mn[63] = 0.0; Mn[64] = 0.0; Mn[65] = k63; Mn[81] = -k69; Mn[82] = 0.0;
+    Mn[83] = 0.0; Mn[84] = k70; Mn[85] = 0.0; Mn[86] = 0.0; Mn[87] = -k64; Mn[88] = 0.0;
+    Mn[89] = 0.0; Mn[90] = k65; Mn[109] = -k69; Mn[110] = 0.0; Mn[111] = 0.0; Mn[112] = k70;
+    Mn[113] = 0.0; Mn[114] = 0.0; Mn[115] = -k64; Mn[116] = 0.0; Mn[117] = 0.0; Mn[118] = k65;
+    Mn[137] = -k69; Mn[138] = 0.0; Mn[139] = 0.0; Mn[140] = k70; Mn[141] = 0.0; Mn[142] = 0.0;
+    Mn[143] = -k64; Mn[144] = 0.0; Mn[145] = 0.0; Mn[146] = k65; Mn[162] = k62; Mn[163] = 0.0;
     Mn[164] = 0.0; Mn[165] = -k64; Mn[166] = 0.0; Mn[167] = 0.0; Mn[168] = k66; Mn[169] = 0.0;
-    Mn[170] = 0.0; Mn[171] = -k67; Mn[172] = 0.0; Mn[173] = 0.0; Mn[174] = 0.0; Mn[175] = 0.0;
-    Mn[176] = 0.0; Mn[177] = 0.0; Mn[178] = 0.0; Mn[179] = 0.0; Mn[180] = 0.0; Mn[181] = 0.0;
-    Mn[182] = 0.0; Mn[183] = 0.0; Mn[184] = 0.0; Mn[185] = 0.0; Mn[186] = 0.0; Mn[187] = 0.0;
-    Mn[188] = 0.0; Mn[189] = 0.0; Mn[190] = k62; Mn[191] = 0.0; Mn[192] = 0.0; Mn[193] = -k64;
+    Mn[170] = 0.0; Mn[171] = -k67; Mn[190] = k62; Mn[191] = 0.0; Mn[192] = 0.0; Mn[193] = -k64;
     Mn[194] = 0.0; Mn[195] = 0.0; Mn[196] = k66; Mn[197] = 0.0; Mn[198] = 0.0; Mn[199] = -k67;
-    Mn[200] = 0.0; Mn[201] = 0.0; Mn[202] = 0.0; Mn[203] = 0.0; Mn[204] = 0.0; Mn[205] = 0.0;
-    Mn[206] = 0.0; Mn[207] = 0.0; Mn[208] = 0.0; Mn[209] = 0.0; Mn[210] = 0.0; Mn[211] = 0.0;
-    Mn[212] = 0.0; Mn[213] = 0.0; Mn[214] = 0.0; Mn[215] = 0.0; Mn[216] = 0.0; Mn[217] = 0.0;
     Mn[218] = k62; Mn[219] = 0.0; Mn[220] = 0.0; Mn[221] = -k64; Mn[222] = 0.0; Mn[223] = 0.0;
-    Mn[224] = k66; Mn[225] = 0.0; Mn[226] = 0.0; Mn[227] = -k67; Mn[228] = 0.0; Mn[229] = 0.0;
-    Mn[230] = 0.0; Mn[231] = 0.0; Mn[232] = 0.0; Mn[233] = 0.0; Mn[234] = 0.0; Mn[235] = 0.0;
-    Mn[236] = 0.0; Mn[237] = 0.0; Mn[238] = 0.0; Mn[239] = 0.0; Mn[240] = 0.0; Mn[241] = 0.0;
-    Mn[242] = 0.0; Mn[243] = k63; Mn[244] = 0.0; Mn[245] = 0.0; Mn[246] = k65; Mn[247] = 0.0;
-    Mn[248] = 0.0; Mn[249] = -k67; Mn[250] = 0.0; Mn[251] = 0.0; Mn[252] = k77; Mn[253] = 0.0;
-    Mn[254] = 0.0; Mn[255] = -k71; Mn[256] = 0.0; Mn[257] = 0.0; Mn[258] = -k72; Mn[259] = 0.0;
-    Mn[260] = 0.0; Mn[261] = -k73; Mn[262] = 0.0; Mn[263] = 0.0; Mn[264] = 0.0; Mn[265] = 0.0;
-    Mn[266] = 0.0; Mn[267] = 0.0; Mn[268] = 0.0; Mn[269] = 0.0; Mn[270] = 0.0; Mn[271] = k63;
+    Mn[224] = k66; Mn[225] = 0.0; Mn[226] = 0.0; Mn[227] = -k67; Mn[243] = k63; Mn[244] = 0.0;
+    Mn[245] = 0.0; Mn[246] = k65; Mn[247] = 0.0; Mn[248] = 0.0; Mn[249] = -k67; Mn[250] = 0.0;
+    Mn[251] = 0.0; Mn[252] = k77; Mn[253] = 0.0; Mn[254] = 0.0; Mn[255] = -k71; Mn[256] = 0.0;
+    Mn[257] = 0.0; Mn[258] = -k72; Mn[259] = 0.0; Mn[260] = 0.0; Mn[261] = -k73; Mn[271] = k63;
     Mn[272] = 0.0; Mn[273] = 0.0; Mn[274] = k65; Mn[275] = 0.0; Mn[276] = 0.0; Mn[277] = -k67;
     Mn[278] = 0.0; Mn[279] = 0.0; Mn[280] = k77; Mn[281] = 0.0; Mn[282] = 0.0; Mn[283] = -k71;
     Mn[284] = 0.0; Mn[285] = 0.0; Mn[286] = -k72; Mn[287] = 0.0; Mn[288] = 0.0; Mn[289] = -k73;
-    Mn[290] = 0.0; Mn[291] = 0.0; Mn[292] = 0.0; Mn[293] = 0.0; Mn[294] = 0.0; Mn[295] = 0.0;
-    Mn[296] = 0.0; Mn[297] = 0.0; Mn[298] = 0.0; Mn[299] = k63; Mn[300] = 0.0; Mn[301] = 0.0;
-    Mn[302] = k65; Mn[303] = 0.0; Mn[304] = 0.0; Mn[305] = -k67; Mn[306] = 0.0; Mn[307] = 0.0;
-    Mn[308] = k77; Mn[309] = 0.0; Mn[310] = 0.0; Mn[311] = -k71; Mn[312] = 0.0; Mn[313] = 0.0;
-    Mn[314] = -k72; Mn[315] = 0.0; Mn[316] = 0.0; Mn[317] = -k73; Mn[318] = 0.0; Mn[319] = 0.0;
-    Mn[320] = 0.0; Mn[321] = 0.0; Mn[322] = 0.0; Mn[323] = 0.0; Mn[324] = 0.0; Mn[325] = 0.0;
-    Mn[326] = 0.0; Mn[327] = 0.0; Mn[328] = 0.0; Mn[329] = 0.0; Mn[330] = 0.0; Mn[331] = 0.0;
-    Mn[332] = 0.0; Mn[333] = -k71; Mn[334] = 0.0; Mn[335] = 0.0; Mn[336] = k74; Mn[337] = 0.0;
-    Mn[338] = 0.0; Mn[339] = k75; Mn[340] = 0.0; Mn[341] = 0.0; Mn[342] = -k76; Mn[343] = 0.0;
-    Mn[344] = 0.0; Mn[345] = 0.0; Mn[346] = 0.0; Mn[347] = 0.0; Mn[348] = 0.0; Mn[349] = 0.0;
-    Mn[350] = 0.0; Mn[351] = 0.0; Mn[352] = 0.0; Mn[353] = 0.0; Mn[354] = 0.0; Mn[355] = 0.0;
-    Mn[356] = 0.0; Mn[357] = 0.0; Mn[358] = 0.0; Mn[359] = 0.0; Mn[360] = 0.0; Mn[361] = -k71;
+    Mn[299] = k63; Mn[300] = 0.0; Mn[301] = 0.0; Mn[302] = k65; Mn[303] = 0.0; Mn[304] = 0.0;
+    Mn[305] = -k67; Mn[306] = 0.0; Mn[307] = 0.0; Mn[308] = k77; Mn[309] = 0.0; Mn[310] = 0.0;
+    Mn[311] = -k71; Mn[312] = 0.0; Mn[313] = 0.0; Mn[314] = -k72; Mn[315] = 0.0; Mn[316] = 0.0;
+    Mn[317] = -k73; Mn[333] = -k71; Mn[334] = 0.0; Mn[335] = 0.0; Mn[336] = k74; Mn[337] = 0.0;
+    Mn[338] = 0.0; Mn[339] = k75; Mn[340] = 0.0; Mn[341] = 0.0; Mn[342] = -k76; Mn[361] = -k71;
     Mn[362] = 0.0; Mn[363] = 0.0; Mn[364] = k74; Mn[365] = 0.0; Mn[366] = 0.0; Mn[367] = k75;
-    Mn[368] = 0.0; Mn[369] = 0.0; Mn[370] = -k76; Mn[371] = 0.0; Mn[372] = 0.0; Mn[373] = 0.0;
-    Mn[374] = 0.0; Mn[375] = 0.0; Mn[376] = 0.0; Mn[377] = 0.0; Mn[378] = 0.0; Mn[379] = 0.0;
-    Mn[380] = 0.0; Mn[381] = 0.0; Mn[382] = 0.0; Mn[383] = 0.0; Mn[384] = 0.0; Mn[385] = 0.0;
-    Mn[386] = 0.0; Mn[387] = 0.0; Mn[388] = 0.0; Mn[389] = -k71; Mn[390] = 0.0; Mn[391] = 0.0;
+    Mn[368] = 0.0; Mn[369] = 0.0; Mn[370] = -k76; Mn[389] = -k71; Mn[390] = 0.0; Mn[391] = 0.0;
     Mn[392] = k74; Mn[393] = 0.0; Mn[394] = 0.0; Mn[395] = k75; Mn[396] = 0.0; Mn[397] = 0.0;
-    Mn[398] = -k76; Mn[399] = 0.0; Mn[400] = 0.0; Mn[401] = 0.0; Mn[402] = 0.0; Mn[403] = 0.0;
-    Mn[404] = 0.0; Mn[405] = 0.0; Mn[406] = 0.0; Mn[407] = 0.0; Mn[408] = 0.0; Mn[409] = 0.0;
-    Mn[410] = 0.0; Mn[411] = 0.0; Mn[412] = 0.0; Mn[413] = 0.0; Mn[414] = -k72; Mn[415] = 0.0;
-    Mn[416] = 0.0; Mn[417] = k75; Mn[418] = 0.0; Mn[419] = 0.0; Mn[420] = k85; Mn[421] = 0.0;
-    Mn[422] = 0.0; Mn[423] = k86; Mn[424] = 0.0; Mn[425] = 0.0; Mn[426] = k78; Mn[427] = 0.0;
-    Mn[428] = 0.0; Mn[429] = -k79; Mn[430] = 0.0; Mn[431] = 0.0; Mn[432] = 0.0; Mn[433] = 0.0;
-    Mn[434] = 0.0; Mn[435] = 0.0; Mn[436] = 0.0; Mn[437] = 0.0; Mn[438] = 0.0; Mn[439] = 0.0;
-    Mn[440] = 0.0; Mn[441] = 0.0; Mn[442] = -k72; Mn[443] = 0.0; Mn[444] = 0.0; Mn[445] = k75;
-    Mn[446] = 0.0; Mn[447] = 0.0; Mn[448] = k85; Mn[449] = 0.0; Mn[450] = 0.0; Mn[451] = k86;
-    Mn[452] = 0.0; Mn[453] = 0.0; Mn[454] = k78; Mn[455] = 0.0; Mn[456] = 0.0; Mn[457] = -k79;
-    Mn[458] = 0.0; Mn[459] = 0.0; Mn[460] = 0.0; Mn[461] = 0.0; Mn[462] = 0.0; Mn[463] = 0.0;
-    Mn[464] = 0.0; Mn[465] = 0.0; Mn[466] = 0.0; Mn[467] = 0.0; Mn[468] = 0.0; Mn[469] = 0.0;
-    Mn[470] = -k72; Mn[471] = 0.0; Mn[472] = 0.0; Mn[473] = k75; Mn[474] = 0.0; Mn[475] = 0.0;
-    Mn[476] = k85; Mn[477] = 0.0; Mn[478] = 0.0; Mn[479] = k86; Mn[480] = 0.0; Mn[481] = 0.0;
-    Mn[482] = k78; Mn[483] = 0.0; Mn[484] = 0.0; Mn[485] = -k79; Mn[486] = 0.0; Mn[487] = 0.0;
-    Mn[488] = 0.0; Mn[489] = 0.0; Mn[490] = 0.0; Mn[491] = 0.0; Mn[492] = 0.0; Mn[493] = 0.0;
-    Mn[494] = 0.0; Mn[495] = -k73; Mn[496] = 0.0; Mn[497] = 0.0; Mn[498] = -k76; Mn[499] = 0.0;
+    Mn[398] = -k76; Mn[414] = -k72; Mn[415] = 0.0; Mn[416] = 0.0; Mn[417] = k75; Mn[418] = 0.0;
+    Mn[419] = 0.0; Mn[420] = k85; Mn[421] = 0.0; Mn[422] = 0.0; Mn[423] = k86; Mn[424] = 0.0;
+    Mn[425] = 0.0; Mn[426] = k78; Mn[427] = 0.0; Mn[428] = 0.0; Mn[429] = -k79; Mn[442] = -k72;
+    Mn[443] = 0.0; Mn[444] = 0.0; Mn[445] = k75; Mn[446] = 0.0; Mn[447] = 0.0; Mn[448] = k85;
+    Mn[449] = 0.0; Mn[450] = 0.0; Mn[451] = k86; Mn[452] = 0.0; Mn[453] = 0.0; Mn[454] = k78;
+    Mn[455] = 0.0; Mn[456] = 0.0; Mn[457] = -k79; Mn[470] = -k72; Mn[471] = 0.0; Mn[472] = 0.0;
+    Mn[473] = k75; Mn[474] = 0.0; Mn[475] = 0.0; Mn[476] = k85; Mn[477] = 0.0; Mn[478] = 0.0;
+    Mn[479] = k86; Mn[480] = 0.0; Mn[481] = 0.0; Mn[482] = k78; Mn[483] = 0.0; Mn[484] = 0.0;
+    Mn[485] = -k79; Mn[495] = -k73; Mn[496] = 0.0; Mn[497] = 0.0; Mn[498] = -k76; Mn[499] = 0.0;
     Mn[500] = 0.0; Mn[501] = k86; Mn[502] = 0.0; Mn[503] = 0.0; Mn[504] = k87; Mn[505] = 0.0;
-    Mn[506] = 0.0; Mn[507] = k80; Mn[508] = 0.0; Mn[509] = 0.0; Mn[510] = -k81; Mn[511] = 0.0;
-    Mn[512] = 0.0; Mn[513] = 0.0; Mn[514] = 0.0; Mn[515] = 0.0; Mn[516] = 0.0; Mn[517] = 0.0;
-    Mn[518] = 0.0; Mn[519] = 0.0; Mn[520] = 0.0; Mn[521] = 0.0; Mn[522] = 0.0; Mn[523] = -k73;
+    Mn[506] = 0.0; Mn[507] = k80; Mn[508] = 0.0; Mn[509] = 0.0; Mn[510] = -k81; Mn[523] = -k73;
     Mn[524] = 0.0; Mn[525] = 0.0; Mn[526] = -k76; Mn[527] = 0.0; Mn[528] = 0.0; Mn[529] = k86;
     Mn[530] = 0.0; Mn[531] = 0.0; Mn[532] = k87; Mn[533] = 0.0; Mn[534] = 0.0; Mn[535] = k80;
-    Mn[536] = 0.0; Mn[537] = 0.0; Mn[538] = -k81; Mn[539] = 0.0; Mn[540] = 0.0; Mn[541] = 0.0;
-    Mn[542] = 0.0; Mn[543] = 0.0; Mn[544] = 0.0; Mn[545] = 0.0; Mn[546] = 0.0; Mn[547] = 0.0;
-    Mn[548] = 0.0; Mn[549] = 0.0; Mn[550] = 0.0; Mn[551] = -k73; Mn[552] = 0.0; Mn[553] = 0.0;
+    Mn[536] = 0.0; Mn[537] = 0.0; Mn[538] = -k81; Mn[551] = -k73; Mn[552] = 0.0; Mn[553] = 0.0;
     Mn[554] = -k76; Mn[555] = 0.0; Mn[556] = 0.0; Mn[557] = k86; Mn[558] = 0.0; Mn[559] = 0.0;
     Mn[560] = k87; Mn[561] = 0.0; Mn[562] = 0.0; Mn[563] = k80; Mn[564] = 0.0; Mn[565] = 0.0;
-    Mn[566] = -k81; Mn[567] = 0.0; Mn[568] = 0.0; Mn[569] = 0.0; Mn[570] = 0.0; Mn[571] = 0.0;
-    Mn[572] = 0.0; Mn[573] = 0.0; Mn[574] = 0.0; Mn[575] = 0.0; Mn[576] = 0.0; Mn[577] = 0.0;
-    Mn[578] = 0.0; Mn[579] = 0.0; Mn[580] = 0.0; Mn[581] = 0.0; Mn[582] = k78; Mn[583] = 0.0;
-    Mn[584] = 0.0; Mn[585] = k80; Mn[586] = 0.0; Mn[587] = 0.0; Mn[588] = k82; Mn[589] = 0.0;
-    Mn[590] = 0.0; Mn[591] = -k83; Mn[592] = 0.0; Mn[593] = 0.0; Mn[594] = 0.0; Mn[595] = 0.0;
-    Mn[596] = 0.0; Mn[597] = 0.0; Mn[598] = 0.0; Mn[599] = 0.0; Mn[600] = 0.0; Mn[601] = 0.0;
-    Mn[602] = 0.0; Mn[603] = 0.0; Mn[604] = 0.0; Mn[605] = 0.0; Mn[606] = 0.0; Mn[607] = 0.0;
-    Mn[608] = 0.0; Mn[609] = 0.0; Mn[610] = k78; Mn[611] = 0.0; Mn[612] = 0.0; Mn[613] = k80;
-    Mn[614] = 0.0; Mn[615] = 0.0; Mn[616] = k82; Mn[617] = 0.0; Mn[618] = 0.0; Mn[619] = -k83;
-    Mn[620] = 0.0; Mn[621] = 0.0; Mn[622] = 0.0; Mn[623] = 0.0; Mn[624] = 0.0; Mn[625] = 0.0;
-    Mn[626] = 0.0; Mn[627] = 0.0; Mn[628] = 0.0; Mn[629] = 0.0; Mn[630] = 0.0; Mn[631] = 0.0;
-    Mn[632] = 0.0; Mn[633] = 0.0; Mn[634] = 0.0; Mn[635] = 0.0; Mn[636] = 0.0; Mn[637] = 0.0;
-    Mn[638] = k78; Mn[639] = 0.0; Mn[640] = 0.0; Mn[641] = k80; Mn[642] = 0.0; Mn[643] = 0.0;
-    Mn[644] = k82; Mn[645] = 0.0; Mn[646] = 0.0; Mn[647] = -k83; Mn[648] = 0.0; Mn[649] = 0.0;
-    Mn[650] = 0.0; Mn[651] = 0.0; Mn[652] = 0.0; Mn[653] = 0.0; Mn[654] = 0.0; Mn[655] = 0.0;
-    Mn[656] = 0.0; Mn[657] = 0.0; Mn[658] = 0.0; Mn[659] = 0.0; Mn[660] = 0.0; Mn[661] = 0.0;
-    Mn[662] = 0.0; Mn[663] = -k79; Mn[664] = 0.0; Mn[665] = 0.0; Mn[666] = -k81; Mn[667] = 0.0;
-    Mn[668] = 0.0; Mn[669] = -k83; Mn[670] = 0.0; Mn[671] = 0.0; Mn[672] = k84; Mn[673] = 0.0;
-    Mn[674] = 0.0; Mn[675] = 0.0; Mn[676] = 0.0; Mn[677] = 0.0; Mn[678] = 0.0; Mn[679] = 0.0;
-    Mn[680] = 0.0; Mn[681] = 0.0; Mn[682] = 0.0; Mn[683] = 0.0; Mn[684] = 0.0; Mn[685] = 0.0;
-    Mn[686] = 0.0; Mn[687] = 0.0; Mn[688] = 0.0; Mn[689] = 0.0; Mn[690] = 0.0; Mn[691] = -k79;
+    Mn[566] = -k81; Mn[582] = k78; Mn[583] = 0.0; Mn[584] = 0.0; Mn[585] = k80; Mn[586] = 0.0;
+    Mn[587] = 0.0; Mn[588] = k82; Mn[589] = 0.0; Mn[590] = 0.0; Mn[591] = -k83; Mn[610] = k78;
+    Mn[611] = 0.0; Mn[612] = 0.0; Mn[613] = k80; Mn[614] = 0.0; Mn[615] = 0.0; Mn[616] = k82;
+    Mn[617] = 0.0; Mn[618] = 0.0; Mn[619] = -k83; Mn[638] = k78; Mn[639] = 0.0; Mn[640] = 0.0;
+    Mn[641] = k80; Mn[642] = 0.0; Mn[643] = 0.0; Mn[644] = k82; Mn[645] = 0.0; Mn[646] = 0.0;
+    Mn[647] = -k83; Mn[663] = -k79; Mn[664] = 0.0; Mn[665] = 0.0; Mn[666] = -k81; Mn[667] = 0.0;
+    Mn[668] = 0.0; Mn[669] = -k83; Mn[670] = 0.0; Mn[671] = 0.0; Mn[672] = k84; Mn[691] = -k79;
     Mn[692] = 0.0; Mn[693] = 0.0; Mn[694] = -k81; Mn[695] = 0.0; Mn[696] = 0.0; Mn[697] = -k83;
-    Mn[698] = 0.0; Mn[699] = 0.0; Mn[700] = k84; Mn[701] = 0.0; Mn[702] = 0.0; Mn[703] = 0.0;
-    Mn[704] = 0.0; Mn[705] = 0.0; Mn[706] = 0.0; Mn[707] = 0.0; Mn[708] = 0.0; Mn[709] = 0.0;
-    Mn[710] = 0.0; Mn[711] = 0.0; Mn[712] = 0.0; Mn[713] = 0.0; Mn[714] = 0.0; Mn[715] = 0.0;
-    Mn[716] = 0.0; Mn[717] = 0.0; Mn[718] = 0.0; Mn[719] = -k79; Mn[720] = 0.0; Mn[721] = 0.0;
+    Mn[698] = 0.0; Mn[699] = 0.0; Mn[700] = k84; Mn[719] = -k79; Mn[720] = 0.0; Mn[721] = 0.0;
     Mn[722] = -k81; Mn[723] = 0.0; Mn[724] = 0.0; Mn[725] = -k83; Mn[726] = 0.0; Mn[727] = 0.0;
     Mn[728] = k84;
 }
@@ -640,8 +667,15 @@ void fig1_natural_mass_matrix(double Mn[729])
  */
 void fig1_constraints(const double q[4], double Psi[23])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
+    const double angles[4] = {q[0], q[1], q[3], 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
+    const double sin_q3 = sines[2];
+    const double cos_q3 = cosines[2];
     const double t1 = 0.8 * sin_q0;
     const double t2 = 0.48 * sin_q0;
     const double t3 = 0.36 * sin_q0;
@@ -679,8 +713,6 @@ void fig1_constraints(const double q[4], double Psi[23])
     const double t35 = 0.1 + (0.3 * t17 - 0.1 * t18 + 0.4 * t19);
     const double t36 = 0.2 + (0.3 * t20 - 0.1 * t21 + 0.4 * t22);
     const double t37 = 0.3 + (0.3 * t23 - 0.1 * t24 + 0.4 * t25);
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
     const double t38 = k20 * sin_q1;
     const double t39 = k19 * sin_q1;
     const double t40 = 1.0 - cos_q1;
@@ -733,8 +765,6 @@ void fig1_constraints(const double q[4], double Psi[23])
     const double t87 = t74 + t86;
     const double t88 = t75 + (0.05 * t61 + 0.3 * t62 + 0.12 * t63);
     const double t89 = t76 + (0.05 * t64 + 0.3 * t65 + 0.12 * t66);
-    double sin_q3, cos_q3;
-    sine_cosine(q[3], &sin_q3, &cos_q3);
     const double t90 = k45 * sin_q3;
     const double t91 = k46 * sin_q3;
     const double t92 = k44 * sin_q3;
@@ -879,8 +909,15 @@ void fig1_constraints(const double q[4], double Psi[23])
  */
 void fig1_constraint_jacobian(const double q[4], double Psi_q[621])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
+    const double angles[4] = {q[0], q[1], q[3], 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
+    const double sin_q3 = sines[2];
+    const double cos_q3 = cosines[2];
     const double t1 = 0.8 * sin_q0;
     const double t2 = 0.48 * sin_q0;
     const double t3 = 0.36 * sin_q0;
@@ -924,8 +961,6 @@ void fig1_constraint_jacobian(const double q[4], double Psi_q[621])
     const double t38 = 0.1 + t35;
     const double t39 = 0.2 + t36;
     const double t40 = 0.3 + t37;
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
     const double t41 = k20 * sin_q1;
     const double t42 = k19 * sin_q1;
     const double t43 = 1.0 - cos_q1;
@@ -997,8 +1032,6 @@ void fig1_constraint_jacobian(const double q[4], double Psi_q[621])
     const double t97 = t82 + t94;
     const double t98 = t83 + t95;
     const double t99 = t84 + t96;
-    double sin_q3, cos_q3;
-    sine_cosine(q[3], &sin_q3, &cos_q3);
     const double t100 = k45 * sin_q3;
     const double t101 = k46 * sin_q3;
     const double t102 = k44 * sin_q3;
@@ -1241,98 +1274,35 @@ void fig1_constraint_jacobian(const double q[4], double Psi_q[621])
     Psi_q[619] = 2.0 * t141;
     Psi_q[620] = 2.0 * t142;
     /* constant entries */
-    Psi_q[0] = k88; Psi_q[1] = k89; Psi_q[2] = k90; Psi_q[3] = 0.0; Psi_q[4] = 0.0; Psi_q[5] = 0.0;
-    Psi_q[6] = 0.0; Psi_q[7] = 0.0; Psi_q[8] = 0.0; Psi_q[9] = 0.0; Psi_q[10] = 0.0;
-    Psi_q[11] = 0.0; Psi_q[12] = 0.0; Psi_q[13] = 0.0; Psi_q[14] = 0.0; Psi_q[15] = 0.0;
-    Psi_q[16] = 0.0; Psi_q[17] = 0.0; Psi_q[18] = 0.0; Psi_q[19] = 0.0; Psi_q[20] = 0.0;
-    Psi_q[21] = 0.0; Psi_q[22] = 0.0; Psi_q[23] = 0.0; Psi_q[24] = 0.0; Psi_q[25] = 0.0;
-    Psi_q[26] = 0.0; Psi_q[27] = 0.0; Psi_q[28] = 0.0; Psi_q[29] = 0.0; Psi_q[30] = k88;
-    Psi_q[31] = k89; Psi_q[32] = k90; Psi_q[33] = 0.0; Psi_q[34] = 0.0; Psi_q[35] = 0.0;
-    Psi_q[36] = 0.0; Psi_q[37] = 0.0; Psi_q[38] = 0.0; Psi_q[39] = 0.0; Psi_q[40] = 0.0;
-    Psi_q[41] = 0.0; Psi_q[42] = 0.0; Psi_q[43] = 0.0; Psi_q[44] = 0.0; Psi_q[45] = 0.0;
-    Psi_q[46] = 0.0; Psi_q[47] = 0.0; Psi_q[48] = 0.0; Psi_q[49] = 0.0; Psi_q[50] = 0.0;
-    Psi_q[51] = 0.0; Psi_q[52] = 0.0; Psi_q[53] = 0.0; Psi_q[57] = 0.0; Psi_q[58] = 0.0;
-    Psi_q[59] = 0.0; Psi_q[60] = 0.0; Psi_q[61] = 0.0; Psi_q[62] = 0.0; Psi_q[63] = 0.0;
-    Psi_q[64] = 0.0; Psi_q[65] = 0.0; Psi_q[66] = 0.0; Psi_q[67] = 0.0; Psi_q[68] = 0.0;
-    Psi_q[69] = 0.0; Psi_q[70] = 0.0; Psi_q[71] = 0.0; Psi_q[72] = 0.0; Psi_q[73] = 0.0;
-    Psi_q[74] = 0.0; Psi_q[75] = 0.0; Psi_q[76] = 0.0; Psi_q[77] = 0.0; Psi_q[78] = 0.0;
-    Psi_q[79] = 0.0; Psi_q[80] = 0.0; Psi_q[87] = 0.0; Psi_q[88] = 0.0; Psi_q[89] = 0.0;
-    Psi_q[90] = 0.0; Psi_q[91] = 0.0; Psi_q[92] = 0.0; Psi_q[93] = 0.0; Psi_q[94] = 0.0;
-    Psi_q[95] = 0.0; Psi_q[96] = 0.0; Psi_q[97] = 0.0; Psi_q[98] = 0.0; Psi_q[99] = 0.0;
-    Psi_q[100] = 0.0; Psi_q[101] = 0.0; Psi_q[102] = 0.0; Psi_q[103] = 0.0; Psi_q[104] = 0.0;
-    Psi_q[105] = 0.0; Psi_q[106] = 0.0; Psi_q[107] = 0.0; Psi_q[108] = 0.0; Psi_q[109] = 0.0;
-    Psi_q[110] = 0.0; Psi_q[114] = 0.0; Psi_q[115] = 0.0; Psi_q[116] = 0.0; Psi_q[117] = 0.0;
-    Psi_q[118] = 0.0; Psi_q[119] = 0.0; Psi_q[120] = 0.0; Psi_q[121] = 0.0; Psi_q[122] = 0.0;
-    Psi_q[123] = 0.0; Psi_q[124] = 0.0; Psi_q[125] = 0.0; Psi_q[126] = 0.0; Psi_q[127] = 0.0;
-    Psi_q[128] = 0.0; Psi_q[129] = 0.0; Psi_q[130] = 0.0; Psi_q[131] = 0.0; Psi_q[132] = 0.0;
-    Psi_q[133] = 0.0; Psi_q[134] = 0.0; Psi_q[144] = 0.0; Psi_q[145] = 0.0; Psi_q[146] = 0.0;
-    Psi_q[147] = 0.0; Psi_q[148] = 0.0; Psi_q[149] = 0.0; Psi_q[150] = 0.0; Psi_q[151] = 0.0;
-    Psi_q[152] = 0.0; Psi_q[153] = 0.0; Psi_q[154] = 0.0; Psi_q[155] = 0.0; Psi_q[156] = 0.0;
-    Psi_q[157] = 0.0; Psi_q[158] = 0.0; Psi_q[159] = 0.0; Psi_q[160] = 0.0; Psi_q[161] = 0.0;
-    Psi_q[162] = 0.0; Psi_q[163] = 0.0; Psi_q[164] = 0.0; Psi_q[168] = 0.0; Psi_q[169] = 0.0;
-    Psi_q[170] = 0.0; Psi_q[174] = 0.0; Psi_q[175] = 0.0; Psi_q[176] = 0.0; Psi_q[177] = 0.0;
-    Psi_q[178] = 0.0; Psi_q[179] = 0.0; Psi_q[180] = 0.0; Psi_q[181] = 0.0; Psi_q[182] = 0.0;
-    Psi_q[183] = 0.0; Psi_q[184] = 0.0; Psi_q[185] = 0.0; Psi_q[186] = 0.0; Psi_q[187] = 0.0;
-    Psi_q[188] = 0.0; Psi_q[192] = 0.0; Psi_q[193] = 0.0; Psi_q[194] = 0.0; Psi_q[198] = 0.0;
-    Psi_q[199] = 0.0; Psi_q[200] = 0.0; Psi_q[201] = 0.0; Psi_q[202] = 0.0; Psi_q[203] = 0.0;
-    Psi_q[204] = 0.0; Psi_q[205] = 0.0; Psi_q[206] = 0.0; Psi_q[207] = 0.0; Psi_q[208] = 0.0;
-    Psi_q[209] = 0.0; Psi_q[210] = 0.0; Psi_q[211] = 0.0; Psi_q[212] = 0.0; Psi_q[213] = 0.0;
-    Psi_q[214] = 0.0; Psi_q[215] = 0.0; Psi_q[219] = 0.0; Psi_q[220] = 0.0; Psi_q[221] = 0.0;
-    Psi_q[228] = 0.0; Psi_q[229] = 0.0; Psi_q[230] = 0.0; Psi_q[231] = 0.0; Psi_q[232] = 0.0;
-    Psi_q[233] = 0.0; Psi_q[234] = 0.0; Psi_q[235] = 0.0; Psi_q[236] = 0.0; Psi_q[237] = 0.0;
-    Psi_q[238] = 0.0; Psi_q[239] = 0.0; Psi_q[240] = 0.0; Psi_q[241] = 0.0; Psi_q[242] = 0.0;
-    Psi_q[243] = 0.0; Psi_q[244] = 0.0; Psi_q[245] = 0.0; Psi_q[246] = 0.0; Psi_q[247] = 0.0;
-    Psi_q[248] = 0.0; Psi_q[249] = 0.0; Psi_q[250] = 0.0; Psi_q[251] = 0.0; Psi_q[255] = 0.0;
-    Psi_q[256] = 0.0; Psi_q[257] = 0.0; Psi_q[258] = 0.0; Psi_q[259] = 0.0; Psi_q[260] = 0.0;
-    Psi_q[261] = 0.0; Psi_q[262] = 0.0; Psi_q[263] = 0.0; Psi_q[264] = 0.0; Psi_q[265] = 0.0;
-    Psi_q[266] = 0.0; Psi_q[267] = 0.0; Psi_q[268] = 0.0; Psi_q[269] = 0.0; Psi_q[270] = 0.0;
-    Psi_q[271] = 0.0; Psi_q[272] = 0.0; Psi_q[273] = 0.0; Psi_q[274] = 0.0; Psi_q[275] = 0.0;
-    Psi_q[276] = 0.0; Psi_q[277] = 0.0; Psi_q[278] = 0.0; Psi_q[288] = 0.0; Psi_q[289] = 0.0;
-    Psi_q[290] = 0.0; Psi_q[291] = 0.0; Psi_q[292] = 0.0; Psi_q[293] = 0.0; Psi_q[294] = 0.0;
-    Psi_q[295] = 0.0; Psi_q[296] = 0.0; Psi_q[297] = 0.0; Psi_q[298] = 0.0; Psi_q[299] = 0.0;
-    Psi_q[300] = 0.0; Psi_q[301] = 0.0; Psi_q[302] = 0.0; Psi_q[303] = 0.0; Psi_q[304] = 0.0;
-    Psi_q[305] = 0.0; Psi_q[309] = 0.0; Psi_q[310] = 0.0; Psi_q[311] = 0.0; Psi_q[312] = 0.0;
-    Psi_q[313] = 0.0; Psi_q[314] = 0.0; Psi_q[318] = 0.0; Psi_q[319] = 0.0; Psi_q[320] = 0.0;
-    Psi_q[321] = 0.0; Psi_q[322] = 0.0; Psi_q[323] = 0.0; Psi_q[324] = 0.0; Psi_q[325] = 0.0;
-    Psi_q[326] = 0.0; Psi_q[327] = 0.0; Psi_q[328] = 0.0; Psi_q[329] = 0.0; Psi_q[330] = 0.0;
-    Psi_q[331] = 0.0; Psi_q[332] = 0.0; Psi_q[333] = 0.0; Psi_q[334] = 0.0; Psi_q[335] = 0.0;
-    Psi_q[342] = 0.0; Psi_q[343] = 0.0; Psi_q[344] = 0.0; Psi_q[345] = 0.0; Psi_q[346] = 0.0;
-    Psi_q[347] = 0.0; Psi_q[348] = 0.0; Psi_q[349] = 0.0; Psi_q[350] = 0.0; Psi_q[351] = 0.0;
-    Psi_q[352] = 0.0; Psi_q[353] = 0.0; Psi_q[354] = 0.0; Psi_q[355] = 0.0; Psi_q[356] = 0.0;
-    Psi_q[357] = 0.0; Psi_q[358] = 0.0; Psi_q[359] = 0.0; Psi_q[360] = 0.0; Psi_q[361] = 0.0;
-    Psi_q[362] = 0.0; Psi_q[372] = 0.0; Psi_q[373] = 0.0; Psi_q[374] = 0.0; Psi_q[375] = 0.0;
-    Psi_q[376] = 0.0; Psi_q[377] = 0.0; Psi_q[378] = 0.0; Psi_q[379] = 0.0; Psi_q[380] = 0.0;
-    Psi_q[381] = 0.0; Psi_q[382] = 0.0; Psi_q[383] = 0.0; Psi_q[384] = 0.0; Psi_q[385] = 0.0;
-    Psi_q[386] = 0.0; Psi_q[387] = 0.0; Psi_q[388] = 0.0; Psi_q[389] = 0.0; Psi_q[390] = 0.0;
-    Psi_q[391] = 0.0; Psi_q[392] = 0.0; Psi_q[393] = 0.0; Psi_q[394] = 0.0; Psi_q[395] = 0.0;
-    Psi_q[399] = 0.0; Psi_q[400] = 0.0; Psi_q[401] = 0.0; Psi_q[402] = 0.0; Psi_q[403] = 0.0;
-    Psi_q[404] = 0.0; Psi_q[420] = 0.0; Psi_q[421] = 0.0; Psi_q[422] = 0.0; Psi_q[423] = 0.0;
-    Psi_q[424] = 0.0; Psi_q[425] = 0.0; Psi_q[426] = 0.0; Psi_q[427] = 0.0; Psi_q[428] = 0.0;
-    Psi_q[429] = 0.0; Psi_q[430] = 0.0; Psi_q[431] = 0.0; Psi_q[447] = 0.0; Psi_q[448] = 0.0;
-    Psi_q[449] = 0.0; Psi_q[450] = 0.0; Psi_q[451] = 0.0; Psi_q[452] = 0.0; Psi_q[453] = 0.0;
-    Psi_q[454] = 0.0; Psi_q[455] = 0.0; Psi_q[456] = 0.0; Psi_q[457] = 0.0; Psi_q[458] = 0.0;
-    Psi_q[480] = 0.0; Psi_q[481] = 0.0; Psi_q[482] = 0.0; Psi_q[483] = 0.0; Psi_q[484] = 0.0;
-    Psi_q[485] = 0.0; Psi_q[486] = 0.0; Psi_q[487] = 0.0; Psi_q[488] = 0.0; Psi_q[489] = 0.0;
-    Psi_q[490] = 0.0; Psi_q[491] = 0.0; Psi_q[492] = 0.0; Psi_q[493] = 0.0; Psi_q[494] = 0.0;
-    Psi_q[495] = 0.0; Psi_q[496] = 0.0; Psi_q[497] = 0.0; Psi_q[498] = 0.0; Psi_q[499] = 0.0;
-    Psi_q[500] = 0.0; Psi_q[510] = 0.0; Psi_q[511] = 0.0; Psi_q[512] = 0.0; Psi_q[513] = 0.0;
-    Psi_q[514] = 0.0; Psi_q[515] = 0.0; Psi_q[516] = 0.0; Psi_q[517] = 0.0; Psi_q[518] = 0.0;
-    Psi_q[519] = 0.0; Psi_q[520] = 0.0; Psi_q[521] = 0.0; Psi_q[522] = 0.0; Psi_q[523] = 0.0;
-    Psi_q[524] = 0.0; Psi_q[525] = 0.0; Psi_q[526] = 0.0; Psi_q[527] = 0.0; Psi_q[528] = 0.0;
-    Psi_q[529] = 0.0; Psi_q[530] = 0.0; Psi_q[534] = 0.0; Psi_q[535] = 0.0; Psi_q[536] = 0.0;
-    Psi_q[540] = 0.0; Psi_q[541] = 0.0; Psi_q[542] = 0.0; Psi_q[543] = 0.0; Psi_q[544] = 0.0;
-    Psi_q[545] = 0.0; Psi_q[546] = 0.0; Psi_q[547] = 0.0; Psi_q[548] = 0.0; Psi_q[549] = 0.0;
-    Psi_q[550] = 0.0; Psi_q[551] = 0.0; Psi_q[552] = 0.0; Psi_q[553] = 0.0; Psi_q[554] = 0.0;
-    Psi_q[558] = 0.0; Psi_q[559] = 0.0; Psi_q[560] = 0.0; Psi_q[564] = 0.0; Psi_q[565] = 0.0;
-    Psi_q[566] = 0.0; Psi_q[567] = 0.0; Psi_q[568] = 0.0; Psi_q[569] = 0.0; Psi_q[570] = 0.0;
-    Psi_q[571] = 0.0; Psi_q[572] = 0.0; Psi_q[573] = 0.0; Psi_q[574] = 0.0; Psi_q[575] = 0.0;
-    Psi_q[576] = 0.0; Psi_q[577] = 0.0; Psi_q[578] = 0.0; Psi_q[579] = 0.0; Psi_q[580] = 0.0;
-    Psi_q[581] = 0.0; Psi_q[585] = 0.0; Psi_q[586] = 0.0; Psi_q[587] = 0.0; Psi_q[594] = 0.0;
-    Psi_q[595] = 0.0; Psi_q[596] = 0.0; Psi_q[597] = 0.0; Psi_q[598] = 0.0; Psi_q[599] = 0.0;
-    Psi_q[600] = 0.0; Psi_q[601] = 0.0; Psi_q[602] = 0.0; Psi_q[603] = 0.0; Psi_q[604] = 0.0;
-    Psi_q[605] = 0.0; Psi_q[606] = 0.0; Psi_q[607] = 0.0; Psi_q[608] = 0.0; Psi_q[609] = 0.0;
-    Psi_q[610] = 0.0; Psi_q[611] = 0.0; Psi_q[612] = 0.0; Psi_q[613] = 0.0; Psi_q[614] = 0.0;
-    Psi_q[615] = 0.0; Psi_q[616] = 0.0; Psi_q[617] = 0.0;
+    for (int i = 3; i < 30; ++i) Psi_q[i] = 0;
+    for (int i = 33; i < 54; ++i) Psi_q[i] = 0;
+    for (int i = 57; i < 81; ++i) Psi_q[i] = 0;
+    for (int i = 87; i < 111; ++i) Psi_q[i] = 0;
+    for (int i = 114; i < 135; ++i) Psi_q[i] = 0;
+    for (int i = 144; i < 165; ++i) Psi_q[i] = 0;
+    for (int i = 174; i < 189; ++i) Psi_q[i] = 0;
+    for (int i = 198; i < 216; ++i) Psi_q[i] = 0;
+    for (int i = 228; i < 252; ++i) Psi_q[i] = 0;
+    for (int i = 255; i < 279; ++i) Psi_q[i] = 0;
+    for (int i = 288; i < 306; ++i) Psi_q[i] = 0;
+    for (int i = 318; i < 336; ++i) Psi_q[i] = 0;
+    for (int i = 342; i < 363; ++i) Psi_q[i] = 0;
+    for (int i = 372; i < 396; ++i) Psi_q[i] = 0;
+    for (int i = 420; i < 432; ++i) Psi_q[i] = 0;
+    for (int i = 447; i < 459; ++i) Psi_q[i] = 0;
+    for (int i = 480; i < 501; ++i) Psi_q[i] = 0;
+    for (int i = 510; i < 531; ++i) Psi_q[i] = 0;
+    for (int i = 540; i < 555; ++i) Psi_q[i] = 0;
+    for (int i = 564; i < 582; ++i) Psi_q[i] = 0;
+    for (int i = 594; i < 618; ++i) Psi_q[i] = 0;
+    Psi_q[0] = k88; Psi_q[1] = k89; Psi_q[2] = k90; Psi_q[30] = k88; Psi_q[31] = k89;
+    Psi_q[32] = k90; Psi_q[168] = 0.0; Psi_q[169] = 0.0; Psi_q[170] = 0.0; Psi_q[192] = 0.0;
+    Psi_q[193] = 0.0; Psi_q[194] = 0.0; Psi_q[219] = 0.0; Psi_q[220] = 0.0; Psi_q[221] = 0.0;
+    Psi_q[309] = 0.0; Psi_q[310] = 0.0; Psi_q[311] = 0.0; Psi_q[312] = 0.0; Psi_q[313] = 0.0;
+    Psi_q[314] = 0.0; Psi_q[399] = 0.0; Psi_q[400] = 0.0; Psi_q[401] = 0.0; Psi_q[402] = 0.0;
+    Psi_q[403] = 0.0; Psi_q[404] = 0.0; Psi_q[534] = 0.0; Psi_q[535] = 0.0; Psi_q[536] = 0.0;
+    Psi_q[558] = 0.0; Psi_q[559] = 0.0; Psi_q[560] = 0.0; Psi_q[585] = 0.0; Psi_q[586] = 0.0;
+    Psi_q[587] = 0.0;
 }
 
 /*
@@ -1342,8 +1312,15 @@ void fig1_constraint_jacobian(const double q[4], double Psi_q[621])
  */
 void fig1_velocity_transformation(const double q[4], double R[108])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
+    const double angles[4] = {q[0], q[1], q[3], 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
+    const double sin_q3 = sines[2];
+    const double cos_q3 = cosines[2];
     const double t1 = 0.8 * sin_q0;
     const double t2 = 0.48 * sin_q0;
     const double t3 = 0.36 * sin_q0;
@@ -1384,8 +1361,6 @@ void fig1_velocity_transformation(const double q[4], double R[108])
     const double t38 = 0.1 + t35;
     const double t39 = 0.2 + t36;
     const double t40 = 0.3 + t37;
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
     const double t41 = k20 * sin_q1;
     const double t42 = k19 * sin_q1;
     const double t43 = 1.0 - cos_q1;
@@ -1454,8 +1429,6 @@ void fig1_velocity_transformation(const double q[4], double R[108])
     const double t97 = t82 + (0.05 * t64 + 0.3 * t65 + 0.12 * t66);
     const double t98 = t83 + (0.05 * t67 + 0.3 * t68 + 0.12 * t69);
     const double t99 = t84 + (0.05 * t70 + 0.3 * t71 + 0.12 * t72);
-    double sin_q3, cos_q3;
-    sine_cosine(q[3], &sin_q3, &cos_q3);
     const double t100 = k45 * sin_q3;
     const double t101 = k46 * sin_q3;
     const double t102 = k44 * sin_q3;
@@ -1594,8 +1567,15 @@ void fig1_velocity_transformation(const double q[4], double R[108])
  */
 void fig1_velocity_transformation_rate(const double q[4], const double v[4], double Rdot[108])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
+    const double angles[4] = {q[0], q[1], q[3], 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
+    const double sin_q3 = sines[2];
+    const double cos_q3 = cosines[2];
     const double t1 = 0.8 * sin_q0;
     const double t2 = 0.48 * sin_q0;
     const double t3 = 0.36 * sin_q0;
@@ -1636,8 +1616,6 @@ void fig1_velocity_transformation_rate(const double q[4], const double v[4], dou
     const double t38 = 0.1 + t35;
     const double t39 = 0.2 + t36;
     const double t40 = 0.3 + t37;
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
     const double t41 = k20 * sin_q1;
     const double t42 = k19 * sin_q1;
     const double t43 = 1.0 - cos_q1;
@@ -1697,8 +1675,6 @@ void fig1_velocity_transformation_rate(const double q[4], const double v[4], dou
     const double t97 = t79 + t94;
     const double t98 = t80 + t95;
     const double t99 = t81 + t96;
-    double sin_q3, cos_q3;
-    sine_cosine(q[3], &sin_q3, &cos_q3);
     const double t100 = k45 * sin_q3;
     const double t101 = k46 * sin_q3;
     const double t102 = k44 * sin_q3;
@@ -1893,8 +1869,15 @@ void fig1_velocity_transformation_rate(const double q[4], const double v[4], dou
  */
 void fig1_natural_bias_acceleration(const double q[4], const double v[4], double xddot_bias[27])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
+    const double angles[4] = {q[0], q[1], q[3], 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
+    const double sin_q3 = sines[2];
+    const double cos_q3 = cosines[2];
     const double t1 = 0.8 * sin_q0;
     const double t2 = 0.48 * sin_q0;
     const double t3 = 0.36 * sin_q0;
@@ -1935,8 +1918,6 @@ void fig1_natural_bias_acceleration(const double q[4], const double v[4], double
     const double t38 = 0.1 + t35;
     const double t39 = 0.2 + t36;
     const double t40 = 0.3 + t37;
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
     const double t41 = k20 * sin_q1;
     const double t42 = k19 * sin_q1;
     const double t43 = 1.0 - cos_q1;
@@ -1990,8 +1971,6 @@ void fig1_natural_bias_acceleration(const double q[4], const double v[4], double
     const double t91 = 0.05 * t64 + 0.3 * t65 + 0.12 * t66;
     const double t92 = 0.05 * t67 + 0.3 * t68 + 0.12 * t69;
     const double t93 = 0.05 * t70 + 0.3 * t71 + 0.12 * t72;
-    double sin_q3, cos_q3;
-    sine_cosine(q[3], &sin_q3, &cos_q3);
     const double t94 = k45 * sin_q3;
     const double t95 = k46 * sin_q3;
     const double t96 = k44 * sin_q3;
@@ -2134,8 +2113,13 @@ void fig1_natural_bias_acceleration(const double q[4], const double v[4], double
  */
 void fig1_mass_matrix(const double q[4], double M[16])
 {
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
+    const double angles[4] = {q[1], q[3], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q1 = sines[0];
+    const double cos_q1 = cosines[0];
+    const double sin_q3 = sines[1];
+    const double cos_q3 = cosines[1];
     const double t1 = k127 * cos_q1 + k128 * sin_q1;
     const double t2 = k128 * cos_q1 - k127 * sin_q1;
     const double t3 = k129 * cos_q1 + k130 * sin_q1;
@@ -2145,8 +2129,6 @@ void fig1_mass_matrix(const double q[4], double M[16])
     const double t7 = 0.34 + k138 * q[2];
     const double t8 = 0.13 + k139 * q[2];
     const double t9 = 0.15 + k94 * q[2];
-    double sin_q3, cos_q3;
-    sine_cosine(q[3], &sin_q3, &cos_q3);
     const double t10 = k140 * cos_q3 - k145 * sin_q3;
     const double t11 = k140 * sin_q3 + k145 * cos_q3;
     const double t12 = k141 * cos_q3 - k146 * sin_q3;
@@ -2278,8 +2260,13 @@ void fig1_mass_matrix(const double q[4], double M[16])
  */
 void fig1_coriolis_matrix(const double q[4], const double v[4], double C[16])
 {
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
+    const double angles[4] = {q[1], q[3], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q1 = sines[0];
+    const double cos_q1 = cosines[0];
+    const double sin_q3 = sines[1];
+    const double cos_q3 = cosines[1];
     const double t1 = k127 * cos_q1 + k128 * sin_q1;
     const double t2 = k128 * cos_q1 - k127 * sin_q1;
     const double t3 = k129 * cos_q1 + k130 * sin_q1;
@@ -2289,8 +2276,6 @@ void fig1_coriolis_matrix(const double q[4], const double v[4], double C[16])
     const double t7 = 0.34 + k138 * q[2];
     const double t8 = 0.13 + k139 * q[2];
     const double t9 = 0.15 + k94 * q[2];
-    double sin_q3, cos_q3;
-    sine_cosine(q[3], &sin_q3, &cos_q3);
     const double t10 = k140 * cos_q3 - k145 * sin_q3;
     const double t11 = k140 * sin_q3 + k145 * cos_q3;
     const double t12 = k141 * cos_q3 - k146 * sin_q3;
@@ -2585,18 +2570,21 @@ void fig1_coriolis_matrix(const double q[4], const double v[4], double C[16])
  */
 void fig1_gravity_force(const double q[4], double g[4])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
+    const double angles[4] = {q[0], q[1], q[3], 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
+    const double sin_q3 = sines[2];
+    const double cos_q3 = cosines[2];
     const double t1 = k188 * cos_q0 + k189 * sin_q0;
     const double t2 = k189 * cos_q0 - k188 * sin_q0;
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
     const double t3 = k127 * cos_q1 + k128 * sin_q1;
     const double t4 = k128 * cos_q1 - k127 * sin_q1;
     const double t5 = k129 * cos_q1 + k130 * sin_q1;
     const double t6 = k130 * cos_q1 - k129 * sin_q1;
-    double sin_q3, cos_q3;
-    sine_cosine(q[3], &sin_q3, &cos_q3);
     const double t7 = k140 * cos_q3 - k145 * sin_q3;
     const double t8 = k140 * sin_q3 + k145 * cos_q3;
     const double t9 = k141 * cos_q3 - k146 * sin_q3;
@@ -2657,12 +2645,17 @@ void fig1_passive_force(const double q[4], const double v[4], double passive[4])
  */
 void fig1_bias_force(const double q[4], const double v[4], double h[4])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
+    const double angles[4] = {q[0], q[1], q[3], 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
+    const double sin_q3 = sines[2];
+    const double cos_q3 = cosines[2];
     const double t1 = k188 * cos_q0 + k189 * sin_q0;
     const double t2 = k189 * cos_q0 - k188 * sin_q0;
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
     const double t3 = k127 * cos_q1 + k128 * sin_q1;
     const double t4 = k128 * cos_q1 - k127 * sin_q1;
     const double t5 = k129 * cos_q1 + k130 * sin_q1;
@@ -2672,8 +2665,6 @@ void fig1_bias_force(const double q[4], const double v[4], double h[4])
     const double t9 = 0.34 + k138 * q[2];
     const double t10 = 0.13 + k139 * q[2];
     const double t11 = 0.15 + k94 * q[2];
-    double sin_q3, cos_q3;
-    sine_cosine(q[3], &sin_q3, &cos_q3);
     const double t12 = k140 * cos_q3 - k145 * sin_q3;
     const double t13 = k140 * sin_q3 + k145 * cos_q3;
     const double t14 = k141 * cos_q3 - k146 * sin_q3;
@@ -2816,12 +2807,17 @@ void fig1_bias_force(const double q[4], const double v[4], double h[4])
  */
 void fig1_inverse_dynamics(const double q[4], const double v[4], const double a[4], double tau[4])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
+    const double angles[4] = {q[0], q[1], q[3], 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
+    const double sin_q3 = sines[2];
+    const double cos_q3 = cosines[2];
     const double t1 = k188 * cos_q0 + k189 * sin_q0;
     const double t2 = k189 * cos_q0 - k188 * sin_q0;
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
     const double t3 = k127 * cos_q1 + k128 * sin_q1;
     const double t4 = k128 * cos_q1 - k127 * sin_q1;
     const double t5 = k129 * cos_q1 + k130 * sin_q1;
@@ -2831,8 +2827,6 @@ void fig1_inverse_dynamics(const double q[4], const double v[4], const double a[
     const double t9 = 0.34 + k138 * q[2];
     const double t10 = 0.13 + k139 * q[2];
     const double t11 = 0.15 + k94 * q[2];
-    double sin_q3, cos_q3;
-    sine_cosine(q[3], &sin_q3, &cos_q3);
     const double t12 = k140 * cos_q3 - k145 * sin_q3;
     const double t13 = k140 * sin_q3 + k145 * cos_q3;
     const double t14 = k141 * cos_q3 - k146 * sin_q3;
@@ -2980,12 +2974,17 @@ void fig1_inverse_dynamics(const double q[4], const double v[4], const double a[
  */
 void fig1_forward_dynamics(const double q[4], const double v[4], const double tau[4], double a[4])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
+    const double angles[4] = {q[0], q[1], q[3], 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
+    const double sin_q3 = sines[2];
+    const double cos_q3 = cosines[2];
     const double t1 = k188 * cos_q0 + k189 * sin_q0;
     const double t2 = k189 * cos_q0 - k188 * sin_q0;
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
     const double t3 = k127 * cos_q1 + k128 * sin_q1;
     const double t4 = k128 * cos_q1 - k127 * sin_q1;
     const double t5 = k129 * cos_q1 + k130 * sin_q1;
@@ -2995,8 +2994,6 @@ void fig1_forward_dynamics(const double q[4], const double v[4], const double ta
     const double t9 = 0.34 + k138 * q[2];
     const double t10 = 0.13 + k139 * q[2];
     const double t11 = 0.15 + k94 * q[2];
-    double sin_q3, cos_q3;
-    sine_cosine(q[3], &sin_q3, &cos_q3);
     const double t12 = k140 * cos_q3 - k145 * sin_q3;
     const double t13 = k140 * sin_q3 + k145 * cos_q3;
     const double t14 = k141 * cos_q3 - k146 * sin_q3;
@@ -3229,35 +3226,35 @@ void fig1_forward_dynamics(const double q[4], const double v[4], const double ta
     const double t183 = 0.144 * (t5 * t176 + t6 * t177 + k131 * t178);
     const double t184 = t182 - t8 * (t180 + (t11 * t176 + t9 * t178)) + k92 * t181;
     const double t185 = t184 - (t183 + 0.308 * (t3 * t176 + t4 * t177 - k162 * t178));
-    /* factor: LᵀDL and inward solve */
+    /* factor: LᵀDL */
     const double t186 = k200 * t172;
     const double t187 = 1.8 - t172 * t186;
     const double t188 = t166 + t181 * t186;
     const double t189 = t169 + (t168 - 0.144 * (k167 - (k165 * t5 + k164 * t6))) + t185 * t186;
-    const double t190 = tau[2] - f_body3_z + t97 * t186;
-    const double t191 = k200 * t181;
-    const double t192 = k200 * t185;
-    const double t193 = t160 + (k117 + (t159 + 0.308 * (t146 + (0.5544 + t146))));
-    const double t194 = 1.0 / t187;
-    const double t195 = t188 * t194;
-    const double t196 = t161 - t181 * t191 - t188 * t195;
-    const double t197 = t8 * t144 - t7 * t143 + k92 * t161 - t163 - t185 * t191 - t189 * t195;
-    const double t198 = tau[1] - n_body2_z - t97 * t191 - t190 * t195;
-    const double t199 = t189 * t194;
-    const double t200 = tau[0] - (t96 - (k197 * t2 + k198 * t1)) - t97 * t192;
-    const double t201 = 1.0 / t196;
-    const double t202 = t197 * t201;
-    const double t203 = t193 - t185 * t192 - t189 * t199 - t197 * t202;
-    /* solve: outward */
-    const double t204 = (t200 - t190 * t199 - t198 * t202) * (1.0 / t203);
+    const double t190 = k200 * t181;
+    const double t191 = k200 * t185;
+    const double t192 = t160 + (k117 + (t159 + 0.308 * (t146 + (0.5544 + t146))));
+    const double t193 = 1.0 / t187;
+    const double t194 = t188 * t193;
+    const double t195 = t161 - t181 * t190 - t188 * t194;
+    const double t196 = t8 * t144 - t7 * t143 + k92 * t161 - t163 - t185 * t190 - t189 * t194;
+    const double t197 = t189 * t193;
+    const double t198 = 1.0 / t195;
+    const double t199 = t196 * t198;
+    const double t200 = t192 - t185 * t191 - t189 * t197 - t196 * t199;
+    /* solve */
+    const double t201 = tau[2] - f_body3_z + t97 * t186;
+    const double t202 = tau[1] - n_body2_z - t97 * t190 - t194 * t201;
+    const double t203 = tau[0] - (t96 - (k197 * t2 + k198 * t1)) - t97 * t191;
+    const double t204 = 1.0 / t200 * (t203 - t197 * t201 - t199 * t202);
     a[0] = t204;
-    const double t205 = t198 * t201 - t202 * t204;
+    const double t205 = t198 * t202 - t199 * t204;
     a[1] = t205;
-    const double t206 = t190 * t194 - t195 * t205 - t199 * t204;
+    const double t206 = t193 * t201 - t194 * t205 - t197 * t204;
     a[2] = t206;
-    a[3] = k200 * t97 + t186 * t206 - t191 * t205 - t192 * t204;
+    a[3] = k200 * t97 + t186 * t206 - t190 * t205 - t191 * t204;
     /* no answer unless these are positive */
-    if (!(t203 > 0.0 && t196 > 0.0 && t187 > 0.0)) {
+    if (!(t200 > 0.0 && t195 > 0.0 && t187 > 0.0)) {
         for (int i = 0; i < 4; ++i) {
             a[i] = (double)NAN;
         }
@@ -3271,13 +3268,16 @@ void fig1_forward_dynamics(const double q[4], const double v[4], const double ta
  */
 void fig1_kinetic_energy(const double q[4], const double v[4], double T[1])
 {
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
+    const double angles[4] = {q[1], q[3], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q1 = sines[0];
+    const double cos_q1 = cosines[0];
+    const double sin_q3 = sines[1];
+    const double cos_q3 = cosines[1];
     const double t1 = 0.34 + k138 * q[2];
     const double t2 = 0.13 + k139 * q[2];
     const double t3 = 0.15 + k94 * q[2];
-    double sin_q3, cos_q3;
-    sine_cosine(q[3], &sin_q3, &cos_q3);
     const double t4 = k140 * cos_q3 - k145 * sin_q3;
     const double t5 = k140 * sin_q3 + k145 * cos_q3;
     const double t6 = k141 * cos_q3 - k146 * sin_q3;
@@ -3343,12 +3343,15 @@ void fig1_kinetic_energy(const double q[4], const double v[4], double T[1])
  */
 void fig1_potential_energy(const double q[4], double V[1])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
-    double sin_q3, cos_q3;
-    sine_cosine(q[3], &sin_q3, &cos_q3);
+    const double angles[4] = {q[0], q[1], q[3], 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
+    const double sin_q3 = sines[2];
+    const double cos_q3 = cosines[2];
     /* first moment: body4 */
     const double t1 = k150 * (k140 * sin_q3 + k145 * cos_q3);
     const double t2 = k150 * (k141 * sin_q3 + k146 * cos_q3);
@@ -3391,8 +3394,15 @@ void fig1_integrate(const double q[4], const double v[4], double dt, double q_ne
  */
 void fig1_frame_pose_tool(const double q[4], double pose[16])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
+    const double angles[4] = {q[0], q[1], q[3], 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
+    const double sin_q3 = sines[2];
+    const double cos_q3 = cosines[2];
     const double t1 = 0.8 * sin_q0;
     const double t2 = 0.48 * sin_q0;
     const double t3 = 0.36 * sin_q0;
@@ -3427,8 +3437,6 @@ void fig1_frame_pose_tool(const double q[4], double pose[16])
     const double t32 = k10 * t23 - k16 * t24 - k17 * t25;
     const double t33 = k11 * t23 + k13 * t24 + k14 * t25;
     const double t34 = k12 * t23 - k18 * t24 + k15 * t25;
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
     const double t35 = k20 * sin_q1;
     const double t36 = k19 * sin_q1;
     const double t37 = 1.0 - cos_q1;
@@ -3479,8 +3487,6 @@ void fig1_frame_pose_tool(const double q[4], double pose[16])
     const double t82 = t70 + (t55 * t67 + t56 * t68 - t57 * t69);
     const double t83 = t71 + (t58 * t67 + t59 * t68 - t60 * t69);
     const double t84 = t72 + (t61 * t67 + t62 * t68 - t63 * t69);
-    double sin_q3, cos_q3;
-    sine_cosine(q[3], &sin_q3, &cos_q3);
     const double t85 = k45 * sin_q3;
     const double t86 = k46 * sin_q3;
     const double t87 = k44 * sin_q3;

@@ -150,6 +150,70 @@ static double cosine(double x)
     return c;
 }
 
+#if defined(__GNUC__)
+/* Sines and cosines of count angles (a multiple of four), four at a time; every one has the bits that
+ * sine_cosine gives it when contraction is off, and where one of four is beyond the range, or too
+ * little is left of it, sine_cosine does them. */
+typedef double four __attribute__((vector_size(32)));
+typedef double four_apart __attribute__((vector_size(32), aligned(8), may_alias));
+typedef int64_t four_bits __attribute__((vector_size(32)));
+
+static __attribute__((noinline)) void four_slowly(const double *x, double *s, double *c)
+{
+    for (int i = 0; i < 4; ++i) {
+        sine_cosine(x[i], &s[i], &c[i]);
+    }
+}
+
+static void sines_cosines(const double *angles, double *sines, double *cosines, int count)
+{
+    for (int i = 0; i < count; i += 4) {
+        const four x = *(const four_apart *)(angles + i);
+        const four shifted = x * 0.63661977236758134 + 6755399441055744.0;
+        const four n = shifted - 6755399441055744.0;
+        const four r1 = x - n * 1.5707963267923333;
+        const four w2 = n * 2.5633441514780767e-12;
+        const four r2 = r1 - w2;
+        const four w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
+        const four r = r2 - w3;
+        const four t = (r2 - r) - w3;
+        const four z = r * r;
+        const four w = z * z;
+        const four half = 0.5 * z;
+        const four one = 1.0 - half;
+        const four size = (four)((four_bits)x & INT64_MAX);
+        const four least = 1.3877787807814457e-17 * (four)((four_bits)n & INT64_MAX);
+        const four_bits fast = (size <= 1.0e5) & ((four)((four_bits)r & INT64_MAX) >= least);
+        const four_bits turn = (four_bits)shifted;
+        four_bits swap, sine, cosine;
+        four odd, even;
+        odd = (-0.16666666666666630 + 0.0083333333333218407 * z)
+        + w * ((-0.00019841269829358525 + 2.7557313538512764e-6 * z)
+        + w * (-2.5050734389013597e-8 + 1.5895433277812973e-10 * z));
+        even = (0.041666666666666595 - 0.0013888888888873296 * z)
+        + w * ((2.4801587288953846e-5 - 2.7557314198804994e-7 * z)
+        + w * (2.0875702453515863e-9 - 1.1358577036971123e-11 * z));
+        odd = r + (r * z * odd + t * one);
+        even = one + (((1.0 - one) - half) + (w * even - r * t));
+        sine = (four_bits)odd | ((four_bits)x & (x == 0.0));
+        cosine = (four_bits)even;
+        swap = (sine ^ cosine) & -(turn & 1);
+        *(four_apart *)(sines + i) = (four)(sine ^ swap ^ ((turn & 2) << 62));
+        *(four_apart *)(cosines + i) = (four)(cosine ^ swap ^ (((turn + 1) & 2) << 62));
+        if ((fast[0] & fast[1] & fast[2] & fast[3]) == 0) {
+            four_slowly(angles + i, sines + i, cosines + i);
+        }
+    }
+}
+#else
+static void sines_cosines(const double *angles, double *sines, double *cosines, int count)
+{
+    for (int i = 0; i < count; ++i) {
+        sine_cosine(angles[i], &sines[i], &cosines[i]);
+    }
+}
+#endif
+
 /* Constants that no short decimal says exactly, correctly rounded. */
 static const double k1 = 83.333333333333329; /* 250/3 */
 
@@ -160,16 +224,19 @@ static const double k1 = 83.333333333333329; /* 250/3 */
  */
 void furuta_natural_coordinates(const double q[2], double x[15])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
+    const double angles[4] = {q[0], q[1], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
     x[1] = cos_q0;
     x[6] = cos_q0;
     x[7] = sin_q0;
     x[0] = -sin_q0;
     x[3] = 0.3 * cos_q0;
     x[4] = 0.3 * sin_q0;
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
     x[14] = cos_q1;
     x[11] = sin_q1;
     x[9] = -sin_q0 * cos_q1;
@@ -189,44 +256,24 @@ void furuta_natural_coordinates(const double q[2], double x[15])
  */
 void furuta_natural_mass_matrix(double Mn[225])
 {
-    Mn[0] = 0.0; Mn[1] = 0.0; Mn[2] = 0.0; Mn[3] = 0.0; Mn[4] = 0.0; Mn[5] = 0.0; Mn[6] = 0.0;
-    Mn[7] = 0.0; Mn[8] = 0.0; Mn[9] = 0.0; Mn[10] = 0.0; Mn[11] = 0.0; Mn[12] = 0.0; Mn[13] = 0.0;
-    Mn[14] = 0.0; Mn[15] = 0.0; Mn[16] = 0.0; Mn[17] = 0.0; Mn[18] = 0.0; Mn[19] = 0.0;
-    Mn[20] = 0.0; Mn[21] = 0.0; Mn[22] = 0.0; Mn[23] = 0.0; Mn[24] = 0.0; Mn[25] = 0.0;
-    Mn[26] = 0.0; Mn[27] = 0.0; Mn[28] = 0.0; Mn[29] = 0.0; Mn[30] = 0.0; Mn[31] = 0.0;
-    Mn[32] = 0.0; Mn[33] = 0.0; Mn[34] = 0.0; Mn[35] = 0.0; Mn[36] = 0.0; Mn[37] = 0.0;
-    Mn[38] = 0.0; Mn[39] = 0.0; Mn[40] = 0.0; Mn[41] = 0.0; Mn[42] = 0.0; Mn[43] = 0.0;
-    Mn[44] = 0.0; Mn[45] = 0.0; Mn[46] = 0.0; Mn[47] = 0.0; Mn[48] = 0.1; Mn[49] = 0.0;
-    Mn[50] = 0.0; Mn[51] = 0.0; Mn[52] = 0.0; Mn[53] = 0.0; Mn[54] = 0.0; Mn[55] = 0.0;
-    Mn[56] = 0.0; Mn[57] = -0.03; Mn[58] = 0.0; Mn[59] = 0.0; Mn[60] = 0.0; Mn[61] = 0.0;
-    Mn[62] = 0.0; Mn[63] = 0.0; Mn[64] = 0.1; Mn[65] = 0.0; Mn[66] = 0.0; Mn[67] = 0.0;
-    Mn[68] = 0.0; Mn[69] = 0.0; Mn[70] = 0.0; Mn[71] = 0.0; Mn[72] = 0.0; Mn[73] = -0.03;
-    Mn[74] = 0.0; Mn[75] = 0.0; Mn[76] = 0.0; Mn[77] = 0.0; Mn[78] = 0.0; Mn[79] = 0.0;
-    Mn[80] = 0.1; Mn[81] = 0.0; Mn[82] = 0.0; Mn[83] = 0.0; Mn[84] = 0.0; Mn[85] = 0.0;
-    Mn[86] = 0.0; Mn[87] = 0.0; Mn[88] = 0.0; Mn[89] = -0.03; Mn[90] = 0.0; Mn[91] = 0.0;
-    Mn[92] = 0.0; Mn[93] = 0.0; Mn[94] = 0.0; Mn[95] = 0.0; Mn[96] = 0.012; Mn[97] = 0.0;
-    Mn[98] = 0.0; Mn[99] = 0.0; Mn[100] = 0.0; Mn[101] = 0.0; Mn[102] = 0.0; Mn[103] = 0.0;
-    Mn[104] = 0.0; Mn[105] = 0.0; Mn[106] = 0.0; Mn[107] = 0.0; Mn[108] = 0.0; Mn[109] = 0.0;
-    Mn[110] = 0.0; Mn[111] = 0.0; Mn[112] = 0.012; Mn[113] = 0.0; Mn[114] = 0.0; Mn[115] = 0.0;
-    Mn[116] = 0.0; Mn[117] = 0.0; Mn[118] = 0.0; Mn[119] = 0.0; Mn[120] = 0.0; Mn[121] = 0.0;
-    Mn[122] = 0.0; Mn[123] = 0.0; Mn[124] = 0.0; Mn[125] = 0.0; Mn[126] = 0.0; Mn[127] = 0.0;
-    Mn[128] = 0.012; Mn[129] = 0.0; Mn[130] = 0.0; Mn[131] = 0.0; Mn[132] = 0.0; Mn[133] = 0.0;
-    Mn[134] = 0.0; Mn[135] = 0.0; Mn[136] = 0.0; Mn[137] = 0.0; Mn[138] = 0.0; Mn[139] = 0.0;
-    Mn[140] = 0.0; Mn[141] = 0.0; Mn[142] = 0.0; Mn[143] = 0.0; Mn[144] = 0.0; Mn[145] = 0.0;
-    Mn[146] = 0.0; Mn[147] = 0.0; Mn[148] = 0.0; Mn[149] = 0.0; Mn[150] = 0.0; Mn[151] = 0.0;
-    Mn[152] = 0.0; Mn[153] = 0.0; Mn[154] = 0.0; Mn[155] = 0.0; Mn[156] = 0.0; Mn[157] = 0.0;
-    Mn[158] = 0.0; Mn[159] = 0.0; Mn[160] = 0.0; Mn[161] = 0.0; Mn[162] = 0.0; Mn[163] = 0.0;
-    Mn[164] = 0.0; Mn[165] = 0.0; Mn[166] = 0.0; Mn[167] = 0.0; Mn[168] = 0.0; Mn[169] = 0.0;
-    Mn[170] = 0.0; Mn[171] = 0.0; Mn[172] = 0.0; Mn[173] = 0.0; Mn[174] = 0.0; Mn[175] = 0.0;
-    Mn[176] = 0.0; Mn[177] = 0.0; Mn[178] = 0.0; Mn[179] = 0.0; Mn[180] = 0.0; Mn[181] = 0.0;
-    Mn[182] = 0.0; Mn[183] = -0.03; Mn[184] = 0.0; Mn[185] = 0.0; Mn[186] = 0.0; Mn[187] = 0.0;
-    Mn[188] = 0.0; Mn[189] = 0.0; Mn[190] = 0.0; Mn[191] = 0.0; Mn[192] = 0.012; Mn[193] = 0.0;
-    Mn[194] = 0.0; Mn[195] = 0.0; Mn[196] = 0.0; Mn[197] = 0.0; Mn[198] = 0.0; Mn[199] = -0.03;
-    Mn[200] = 0.0; Mn[201] = 0.0; Mn[202] = 0.0; Mn[203] = 0.0; Mn[204] = 0.0; Mn[205] = 0.0;
-    Mn[206] = 0.0; Mn[207] = 0.0; Mn[208] = 0.012; Mn[209] = 0.0; Mn[210] = 0.0; Mn[211] = 0.0;
-    Mn[212] = 0.0; Mn[213] = 0.0; Mn[214] = 0.0; Mn[215] = -0.03; Mn[216] = 0.0; Mn[217] = 0.0;
-    Mn[218] = 0.0; Mn[219] = 0.0; Mn[220] = 0.0; Mn[221] = 0.0; Mn[222] = 0.0; Mn[223] = 0.0;
-    Mn[224] = 0.012;
+    for (int i = 0; i < 48; ++i) Mn[i] = 0;
+    for (int i = 49; i < 57; ++i) Mn[i] = 0;
+    for (int i = 65; i < 73; ++i) Mn[i] = 0;
+    for (int i = 81; i < 89; ++i) Mn[i] = 0;
+    for (int i = 97; i < 112; ++i) Mn[i] = 0;
+    for (int i = 113; i < 128; ++i) Mn[i] = 0;
+    for (int i = 129; i < 183; ++i) Mn[i] = 0;
+    for (int i = 184; i < 192; ++i) Mn[i] = 0;
+    for (int i = 200; i < 208; ++i) Mn[i] = 0;
+    for (int i = 216; i < 224; ++i) Mn[i] = 0;
+    Mn[48] = 0.1; Mn[57] = -0.03; Mn[58] = 0.0; Mn[59] = 0.0; Mn[60] = 0.0; Mn[61] = 0.0;
+    Mn[62] = 0.0; Mn[63] = 0.0; Mn[64] = 0.1; Mn[73] = -0.03; Mn[74] = 0.0; Mn[75] = 0.0;
+    Mn[76] = 0.0; Mn[77] = 0.0; Mn[78] = 0.0; Mn[79] = 0.0; Mn[80] = 0.1; Mn[89] = -0.03;
+    Mn[90] = 0.0; Mn[91] = 0.0; Mn[92] = 0.0; Mn[93] = 0.0; Mn[94] = 0.0; Mn[95] = 0.0;
+    Mn[96] = 0.012; Mn[112] = 0.012; Mn[128] = 0.012; Mn[183] = -0.03; Mn[192] = 0.012;
+    Mn[193] = 0.0; Mn[194] = 0.0; Mn[195] = 0.0; Mn[196] = 0.0; Mn[197] = 0.0; Mn[198] = 0.0;
+    Mn[199] = -0.03; Mn[208] = 0.012; Mn[209] = 0.0; Mn[210] = 0.0; Mn[211] = 0.0; Mn[212] = 0.0;
+    Mn[213] = 0.0; Mn[214] = 0.0; Mn[215] = -0.03; Mn[224] = 0.012;
 }
 
 /*
@@ -236,10 +283,13 @@ void furuta_natural_mass_matrix(double Mn[225])
  */
 void furuta_constraints(const double q[2], double Psi[13])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
+    const double angles[4] = {q[0], q[1], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
     const double t1 = sin_q0 * cos_q1;
     const double t2 = sin_q0 * sin_q1;
     const double t3 = cos_q0 * cos_q1;
@@ -268,8 +318,13 @@ void furuta_constraints(const double q[2], double Psi[13])
  */
 void furuta_constraint_jacobian(const double q[2], double Psi_q[195])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
+    const double angles[4] = {q[0], q[1], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
     Psi_q[45] = cos_q0;
     Psi_q[52] = cos_q0;
     Psi_q[129] = cos_q0;
@@ -278,8 +333,6 @@ void furuta_constraint_jacobian(const double q[2], double Psi_q[195])
     Psi_q[130] = sin_q0;
     Psi_q[148] = sin_q0;
     Psi_q[51] = -sin_q0;
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
     Psi_q[143] = cos_q1;
     Psi_q[176] = cos_q1;
     Psi_q[128] = sin_q1;
@@ -311,39 +364,23 @@ void furuta_constraint_jacobian(const double q[2], double Psi_q[195])
     Psi_q[193] = -2.0 * t5;
     Psi_q[194] = 2.0 * cos_q1;
     /* constant entries */
-    Psi_q[0] = 0.0; Psi_q[1] = 0.0; Psi_q[2] = 1.0; Psi_q[3] = 0.0; Psi_q[4] = 0.0; Psi_q[5] = 0.0;
-    Psi_q[6] = 0.0; Psi_q[7] = 0.0; Psi_q[8] = 0.0; Psi_q[9] = 0.0; Psi_q[10] = 0.0;
-    Psi_q[11] = 0.0; Psi_q[12] = 0.0; Psi_q[13] = 0.0; Psi_q[14] = 0.0; Psi_q[15] = 0.0;
-    Psi_q[16] = 0.0; Psi_q[17] = 0.0; Psi_q[18] = 0.0; Psi_q[19] = 0.0; Psi_q[20] = 0.0;
-    Psi_q[21] = 0.0; Psi_q[22] = 0.0; Psi_q[23] = 1.0; Psi_q[24] = 0.0; Psi_q[25] = 0.0;
-    Psi_q[26] = 0.0; Psi_q[27] = 0.0; Psi_q[28] = 0.0; Psi_q[29] = 0.0; Psi_q[32] = 0.0;
-    Psi_q[33] = 0.0; Psi_q[34] = 0.0; Psi_q[35] = 0.0; Psi_q[36] = 0.0; Psi_q[37] = 0.0;
-    Psi_q[38] = 0.0; Psi_q[39] = 0.0; Psi_q[40] = 0.0; Psi_q[41] = 0.0; Psi_q[42] = 0.0;
-    Psi_q[43] = 0.0; Psi_q[44] = 0.0; Psi_q[47] = 0.0; Psi_q[48] = 0.0; Psi_q[49] = 0.0;
-    Psi_q[50] = 0.0; Psi_q[53] = 0.0; Psi_q[54] = 0.0; Psi_q[55] = 0.0; Psi_q[56] = 0.0;
-    Psi_q[57] = 0.0; Psi_q[58] = 0.0; Psi_q[59] = 0.0; Psi_q[60] = 0.0; Psi_q[61] = 0.0;
-    Psi_q[62] = 0.0; Psi_q[63] = 0.0; Psi_q[64] = 0.0; Psi_q[65] = 0.0; Psi_q[68] = 0.0;
-    Psi_q[69] = 0.0; Psi_q[70] = 0.0; Psi_q[71] = 0.0; Psi_q[72] = 0.0; Psi_q[73] = 0.0;
-    Psi_q[74] = 0.0; Psi_q[75] = 0.0; Psi_q[76] = 0.0; Psi_q[77] = 0.0; Psi_q[78] = 1.0;
-    Psi_q[79] = 0.0; Psi_q[80] = 0.0; Psi_q[81] = -0.3; Psi_q[82] = 0.0; Psi_q[83] = 0.0;
-    Psi_q[84] = 0.0; Psi_q[85] = 0.0; Psi_q[86] = 0.0; Psi_q[87] = 0.0; Psi_q[88] = 0.0;
-    Psi_q[89] = 0.0; Psi_q[90] = 0.0; Psi_q[91] = 0.0; Psi_q[92] = 0.0; Psi_q[93] = 0.0;
-    Psi_q[94] = 1.0; Psi_q[95] = 0.0; Psi_q[96] = 0.0; Psi_q[97] = -0.3; Psi_q[98] = 0.0;
-    Psi_q[99] = 0.0; Psi_q[100] = 0.0; Psi_q[101] = 0.0; Psi_q[102] = 0.0; Psi_q[103] = 0.0;
-    Psi_q[104] = 0.0; Psi_q[105] = 0.0; Psi_q[106] = 0.0; Psi_q[107] = 0.0; Psi_q[108] = 0.0;
-    Psi_q[109] = 0.0; Psi_q[110] = 1.0; Psi_q[111] = 0.0; Psi_q[112] = 0.0; Psi_q[113] = -0.3;
-    Psi_q[114] = 0.0; Psi_q[115] = 0.0; Psi_q[116] = 0.0; Psi_q[117] = 0.0; Psi_q[118] = 0.0;
-    Psi_q[119] = 0.0; Psi_q[120] = 0.0; Psi_q[121] = 0.0; Psi_q[122] = 0.0; Psi_q[123] = 0.0;
-    Psi_q[124] = 0.0; Psi_q[125] = 0.0; Psi_q[131] = 0.0; Psi_q[132] = 0.0; Psi_q[133] = 0.0;
-    Psi_q[134] = 0.0; Psi_q[135] = 0.0; Psi_q[136] = 0.0; Psi_q[137] = 0.0; Psi_q[138] = 0.0;
-    Psi_q[139] = 0.0; Psi_q[140] = 0.0; Psi_q[144] = 0.0; Psi_q[145] = 0.0; Psi_q[146] = 0.0;
-    Psi_q[149] = 0.0; Psi_q[150] = 0.0; Psi_q[151] = 0.0; Psi_q[152] = 0.0; Psi_q[153] = 0.0;
-    Psi_q[154] = 0.0; Psi_q[155] = 0.0; Psi_q[156] = 0.0; Psi_q[157] = 0.0; Psi_q[158] = 0.0;
-    Psi_q[162] = 0.0; Psi_q[163] = 0.0; Psi_q[164] = 0.0; Psi_q[165] = 0.0; Psi_q[166] = 0.0;
-    Psi_q[167] = 0.0; Psi_q[168] = 0.0; Psi_q[169] = 0.0; Psi_q[170] = 0.0; Psi_q[171] = 0.0;
-    Psi_q[172] = 0.0; Psi_q[173] = 0.0; Psi_q[180] = 0.0; Psi_q[181] = 0.0; Psi_q[182] = 0.0;
-    Psi_q[183] = 0.0; Psi_q[184] = 0.0; Psi_q[185] = 0.0; Psi_q[186] = 0.0; Psi_q[187] = 0.0;
-    Psi_q[188] = 0.0; Psi_q[189] = 0.0; Psi_q[190] = 0.0; Psi_q[191] = 0.0;
+    for (int i = 3; i < 23; ++i) Psi_q[i] = 0;
+    for (int i = 32; i < 45; ++i) Psi_q[i] = 0;
+    for (int i = 53; i < 66; ++i) Psi_q[i] = 0;
+    for (int i = 68; i < 78; ++i) Psi_q[i] = 0;
+    for (int i = 82; i < 94; ++i) Psi_q[i] = 0;
+    for (int i = 98; i < 110; ++i) Psi_q[i] = 0;
+    for (int i = 114; i < 126; ++i) Psi_q[i] = 0;
+    for (int i = 131; i < 141; ++i) Psi_q[i] = 0;
+    for (int i = 149; i < 159; ++i) Psi_q[i] = 0;
+    for (int i = 162; i < 174; ++i) Psi_q[i] = 0;
+    for (int i = 180; i < 192; ++i) Psi_q[i] = 0;
+    Psi_q[0] = 0.0; Psi_q[1] = 0.0; Psi_q[2] = 1.0; Psi_q[23] = 1.0; Psi_q[24] = 0.0;
+    Psi_q[25] = 0.0; Psi_q[26] = 0.0; Psi_q[27] = 0.0; Psi_q[28] = 0.0; Psi_q[29] = 0.0;
+    Psi_q[47] = 0.0; Psi_q[48] = 0.0; Psi_q[49] = 0.0; Psi_q[50] = 0.0; Psi_q[78] = 1.0;
+    Psi_q[79] = 0.0; Psi_q[80] = 0.0; Psi_q[81] = -0.3; Psi_q[94] = 1.0; Psi_q[95] = 0.0;
+    Psi_q[96] = 0.0; Psi_q[97] = -0.3; Psi_q[110] = 1.0; Psi_q[111] = 0.0; Psi_q[112] = 0.0;
+    Psi_q[113] = -0.3; Psi_q[144] = 0.0; Psi_q[145] = 0.0; Psi_q[146] = 0.0;
 }
 
 /*
@@ -353,15 +390,18 @@ void furuta_constraint_jacobian(const double q[2], double Psi_q[195])
  */
 void furuta_velocity_transformation(const double q[2], double R[30])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
+    const double angles[4] = {q[0], q[1], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
     R[14] = cos_q0;
     const double t1 = -sin_q0;
     R[2] = t1;
     R[12] = t1;
     R[8] = 0.3 * cos_q0;
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
     const double t2 = sin_q0 * cos_q1;
     R[25] = t2;
     R[20] = -t2;
@@ -391,10 +431,13 @@ void furuta_velocity_transformation(const double q[2], double R[30])
  */
 void furuta_velocity_transformation_rate(const double q[2], const double v[2], double Rdot[30])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
+    const double angles[4] = {q[0], q[1], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
     const double t1 = sin_q0 * cos_q1;
     const double t2 = sin_q0 * sin_q1;
     const double t3 = cos_q0 * cos_q1;
@@ -440,10 +483,13 @@ void furuta_velocity_transformation_rate(const double q[2], const double v[2], d
  */
 void furuta_natural_bias_acceleration(const double q[2], const double v[2], double xddot_bias[15])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
+    const double angles[4] = {q[0], q[1], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
     const double t1 = sin_q0 * cos_q1;
     const double t2 = sin_q0 * sin_q1;
     const double t3 = cos_q0 * cos_q1;
@@ -632,7 +678,7 @@ void furuta_kinetic_energy(const double q[2], const double v[2], double T[1])
     const double t2 = v[0] * cos_q1;
     const double t3 = t1 * (0.012 * t1) + t2 * (0.009 * v[1]);
     const double t4 = t3 + v[1] * (0.009 * t2 + 0.012 * v[1]);
-    T[0] = 0.5 * (v[0] * (0.021 * v[0]) + t4 + 0.0005 * (v[0] * v[0]));
+    T[0] = 0.5 * (0.0005 * (v[0] * v[0]) + (v[0] * (0.021 * v[0]) + t4));
 }
 
 /*
@@ -664,12 +710,15 @@ void furuta_integrate(const double q[2], const double v[2], double dt, double q_
  */
 void furuta_frame_pose_tip(const double q[2], double pose[16])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
+    const double angles[4] = {q[0], q[1], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
     pose[0] = cos_q0;
     pose[4] = sin_q0;
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
     pose[10] = cos_q1;
     pose[9] = sin_q1;
     pose[1] = -sin_q0 * cos_q1;

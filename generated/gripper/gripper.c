@@ -143,6 +143,70 @@ static double cosine(double x)
     return c;
 }
 
+#if defined(__GNUC__)
+/* Sines and cosines of count angles (a multiple of four), four at a time; every one has the bits that
+ * sine_cosine gives it when contraction is off, and where one of four is beyond the range, or too
+ * little is left of it, sine_cosine does them. */
+typedef double four __attribute__((vector_size(32)));
+typedef double four_apart __attribute__((vector_size(32), aligned(8), may_alias));
+typedef int64_t four_bits __attribute__((vector_size(32)));
+
+static __attribute__((noinline)) void four_slowly(const double *x, double *s, double *c)
+{
+    for (int i = 0; i < 4; ++i) {
+        sine_cosine(x[i], &s[i], &c[i]);
+    }
+}
+
+static void sines_cosines(const double *angles, double *sines, double *cosines, int count)
+{
+    for (int i = 0; i < count; i += 4) {
+        const four x = *(const four_apart *)(angles + i);
+        const four shifted = x * 0.63661977236758134 + 6755399441055744.0;
+        const four n = shifted - 6755399441055744.0;
+        const four r1 = x - n * 1.5707963267923333;
+        const four w2 = n * 2.5633441514780767e-12;
+        const four r2 = r1 - w2;
+        const four w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
+        const four r = r2 - w3;
+        const four t = (r2 - r) - w3;
+        const four z = r * r;
+        const four w = z * z;
+        const four half = 0.5 * z;
+        const four one = 1.0 - half;
+        const four size = (four)((four_bits)x & INT64_MAX);
+        const four least = 1.3877787807814457e-17 * (four)((four_bits)n & INT64_MAX);
+        const four_bits fast = (size <= 1.0e5) & ((four)((four_bits)r & INT64_MAX) >= least);
+        const four_bits turn = (four_bits)shifted;
+        four_bits swap, sine, cosine;
+        four odd, even;
+        odd = (-0.16666666666666630 + 0.0083333333333218407 * z)
+        + w * ((-0.00019841269829358525 + 2.7557313538512764e-6 * z)
+        + w * (-2.5050734389013597e-8 + 1.5895433277812973e-10 * z));
+        even = (0.041666666666666595 - 0.0013888888888873296 * z)
+        + w * ((2.4801587288953846e-5 - 2.7557314198804994e-7 * z)
+        + w * (2.0875702453515863e-9 - 1.1358577036971123e-11 * z));
+        odd = r + (r * z * odd + t * one);
+        even = one + (((1.0 - one) - half) + (w * even - r * t));
+        sine = (four_bits)odd | ((four_bits)x & (x == 0.0));
+        cosine = (four_bits)even;
+        swap = (sine ^ cosine) & -(turn & 1);
+        *(four_apart *)(sines + i) = (four)(sine ^ swap ^ ((turn & 2) << 62));
+        *(four_apart *)(cosines + i) = (four)(cosine ^ swap ^ (((turn + 1) & 2) << 62));
+        if ((fast[0] & fast[1] & fast[2] & fast[3]) == 0) {
+            four_slowly(angles + i, sines + i, cosines + i);
+        }
+    }
+}
+#else
+static void sines_cosines(const double *angles, double *sines, double *cosines, int count)
+{
+    for (int i = 0; i < count; ++i) {
+        sine_cosine(angles[i], &sines[i], &cosines[i]);
+    }
+}
+#endif
+
 /* Constants that no short decimal says exactly, correctly rounded. */
 static const double k1 = 1.7286084701815039; /* 2000/1157 */
 
@@ -153,8 +217,13 @@ static const double k1 = 1.7286084701815039; /* 2000/1157 */
  */
 void gripper_velocity_transformation(const double q[2], double R[72])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
+    const double angles[4] = {q[0], 20.0 * q[1] - 0.2, 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_1 = sines[1];
+    const double cos_1 = cosines[1];
     R[10] = cos_q0;
     R[15] = cos_q0;
     R[17] = sin_q0;
@@ -177,8 +246,6 @@ void gripper_velocity_transformation(const double q[2], double R[72])
     R[39] = t6;
     R[50] = t6;
     R[58] = -0.05 * sin_q0;
-    double sin_1, cos_1;
-    sine_cosine(20.0 * q[1] - 0.2, &sin_1, &cos_1);
     const double t7 = sin_q0 * sin_1;
     R[70] = t7;
     const double t8 = sin_q0 * cos_1;
@@ -200,12 +267,12 @@ void gripper_velocity_transformation(const double q[2], double R[72])
     R[69] = cos_1 * t12;
     R[71] = -cos_1 * t11;
     /* constant entries */
+    for (int i = 23; i < 32; ++i) R[i] = 0;
+    for (int i = 42; i < 50; ++i) R[i] = 0;
     R[0] = 0.0; R[1] = 0.0; R[3] = 0.0; R[5] = 0.0; R[6] = 0.0; R[7] = 0.0; R[9] = 0.0; R[11] = 0.0;
-    R[12] = 0.0; R[13] = 0.0; R[18] = 0.0; R[19] = 0.0; R[21] = 0.0; R[23] = 0.0; R[24] = 0.0;
-    R[25] = 0.0; R[26] = 0.0; R[27] = 0.0; R[28] = 0.0; R[29] = 0.0; R[30] = 0.0; R[31] = 0.0;
-    R[33] = 0.0; R[35] = 0.0; R[36] = 0.0; R[37] = 0.0; R[42] = 0.0; R[43] = 0.0; R[44] = 0.0;
-    R[45] = 0.0; R[46] = 0.0; R[47] = 0.0; R[48] = 0.0; R[49] = 0.0; R[51] = 0.0; R[53] = 0.0;
-    R[54] = 0.0; R[55] = 0.0; R[57] = 0.0; R[59] = 0.0; R[60] = 0.0; R[66] = 0.0;
+    R[12] = 0.0; R[13] = 0.0; R[18] = 0.0; R[19] = 0.0; R[21] = 0.0; R[33] = 0.0; R[35] = 0.0;
+    R[36] = 0.0; R[37] = 0.0; R[51] = 0.0; R[53] = 0.0; R[54] = 0.0; R[55] = 0.0; R[57] = 0.0;
+    R[59] = 0.0; R[60] = 0.0; R[66] = 0.0;
 }
 
 /*
@@ -235,10 +302,13 @@ void gripper_mass_matrix(const double q[2], double M[4])
  */
 void gripper_bias_force(const double q[2], const double v[2], double h[2])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_1, cos_1;
-    sine_cosine(20.0 * q[1] - 0.2, &sin_1, &cos_1);
+    const double angles[4] = {q[0], 20.0 * q[1] - 0.2, 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_1 = sines[1];
+    const double cos_1 = cosines[1];
     const double w_thumb_z = 20.0 * v[1];
     /* motion: palm */
     const double a_palm_x = 9.81 * sin_q0;
@@ -284,10 +354,13 @@ void gripper_bias_force(const double q[2], const double v[2], double h[2])
  */
 void gripper_inverse_dynamics(const double q[2], const double v[2], const double a[2], double tau[2])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_1, cos_1;
-    sine_cosine(20.0 * q[1] - 0.2, &sin_1, &cos_1);
+    const double angles[4] = {q[0], 20.0 * q[1] - 0.2, 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_1 = sines[1];
+    const double cos_1 = cosines[1];
     const double w_thumb_z = 20.0 * v[1];
     const double dw_thumb_z = 20.0 * a[1];
     /* motion: palm */
@@ -345,10 +418,13 @@ void gripper_inverse_dynamics(const double q[2], const double v[2], const double
  */
 void gripper_forward_dynamics(const double q[2], const double v[2], const double tau[2], double a[2])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_1, cos_1;
-    sine_cosine(20.0 * q[1] - 0.2, &sin_1, &cos_1);
+    const double angles[4] = {q[0], 20.0 * q[1] - 0.2, 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_1 = sines[1];
+    const double cos_1 = cosines[1];
     const double w_thumb_z = 20.0 * v[1];
     /* motion: palm */
     const double a_palm_x = 9.81 * sin_q0;
@@ -437,8 +513,11 @@ void gripper_kinetic_energy(const double q[2], const double v[2], double T[1])
  */
 void gripper_potential_energy(const double q[2], double V[1])
 {
+    const double angles[4] = {q[0], 20.0 * q[1] - 0.2, 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double cos_q0 = cosines[0];
+    const double cos_1 = cosines[1];
     const double t1 = q[1] - 0.01;
-    const double cos_q0 = cosine(q[0]);
-    const double cos_1 = cosine(20.0 * q[1] - 0.2);
     V[0] = 125.0 * (t1 * t1) + 9.81 * (cos_q0 * (0.0349 + 0.00125 * cos_1));
 }

@@ -136,6 +136,70 @@ static void sine_cosine(double x, double *s, double *c)
     }
 }
 
+#if defined(__GNUC__)
+/* Sines and cosines of count angles (a multiple of four), four at a time; every one has the bits that
+ * sine_cosine gives it when contraction is off, and where one of four is beyond the range, or too
+ * little is left of it, sine_cosine does them. */
+typedef double four __attribute__((vector_size(32)));
+typedef double four_apart __attribute__((vector_size(32), aligned(8), may_alias));
+typedef int64_t four_bits __attribute__((vector_size(32)));
+
+static __attribute__((noinline)) void four_slowly(const double *x, double *s, double *c)
+{
+    for (int i = 0; i < 4; ++i) {
+        sine_cosine(x[i], &s[i], &c[i]);
+    }
+}
+
+static void sines_cosines(const double *angles, double *sines, double *cosines, int count)
+{
+    for (int i = 0; i < count; i += 4) {
+        const four x = *(const four_apart *)(angles + i);
+        const four shifted = x * 0.63661977236758134 + 6755399441055744.0;
+        const four n = shifted - 6755399441055744.0;
+        const four r1 = x - n * 1.5707963267923333;
+        const four w2 = n * 2.5633441514780767e-12;
+        const four r2 = r1 - w2;
+        const four w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
+        const four r = r2 - w3;
+        const four t = (r2 - r) - w3;
+        const four z = r * r;
+        const four w = z * z;
+        const four half = 0.5 * z;
+        const four one = 1.0 - half;
+        const four size = (four)((four_bits)x & INT64_MAX);
+        const four least = 1.3877787807814457e-17 * (four)((four_bits)n & INT64_MAX);
+        const four_bits fast = (size <= 1.0e5) & ((four)((four_bits)r & INT64_MAX) >= least);
+        const four_bits turn = (four_bits)shifted;
+        four_bits swap, sine, cosine;
+        four odd, even;
+        odd = (-0.16666666666666630 + 0.0083333333333218407 * z)
+        + w * ((-0.00019841269829358525 + 2.7557313538512764e-6 * z)
+        + w * (-2.5050734389013597e-8 + 1.5895433277812973e-10 * z));
+        even = (0.041666666666666595 - 0.0013888888888873296 * z)
+        + w * ((2.4801587288953846e-5 - 2.7557314198804994e-7 * z)
+        + w * (2.0875702453515863e-9 - 1.1358577036971123e-11 * z));
+        odd = r + (r * z * odd + t * one);
+        even = one + (((1.0 - one) - half) + (w * even - r * t));
+        sine = (four_bits)odd | ((four_bits)x & (x == 0.0));
+        cosine = (four_bits)even;
+        swap = (sine ^ cosine) & -(turn & 1);
+        *(four_apart *)(sines + i) = (four)(sine ^ swap ^ ((turn & 2) << 62));
+        *(four_apart *)(cosines + i) = (four)(cosine ^ swap ^ (((turn + 1) & 2) << 62));
+        if ((fast[0] & fast[1] & fast[2] & fast[3]) == 0) {
+            four_slowly(angles + i, sines + i, cosines + i);
+        }
+    }
+}
+#else
+static void sines_cosines(const double *angles, double *sines, double *cosines, int count)
+{
+    for (int i = 0; i < count; ++i) {
+        sine_cosine(angles[i], &sines[i], &cosines[i]);
+    }
+}
+#endif
+
 /* Constants that no short decimal says exactly, correctly rounded. */
 static const double k1 = 0.70710678118654779;
 static const double k2 = 0.70710678118654735;
@@ -146,10 +210,17 @@ static const double k5 = 0.011475667807454839;
 /*
  * mass_matrix: M = R^T Mn R, full symmetric
  * From q (3, m or rad), p (13, SI) to M (3 x 3, SI).
- * Plan: composite, inertia as given. Operations: 87 add, 85 mul, 2 sincos.
+ * Plan: composite, parallel axes merged. Operations: 84 add, 82 mul, 2 sincos.
  */
 void payload_mass_matrix(const double q[3], const double p[13], double M[9])
 {
+    const double angles[4] = {q[1], q[1] + q[2], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q1 = sines[0];
+    const double cos_q1 = cosines[0];
+    const double sin_1 = sines[1];
+    const double cos_1 = cosines[1];
     const double t1 = 0.5 * (p[6] + (p[4] + p[5]));
     const double t2 = p[0] * p[1];
     const double t3 = p[0] * p[2];
@@ -166,78 +237,71 @@ void payload_mass_matrix(const double q[3], const double p[13], double M[9])
     const double hc_forearm_y = p[0] * t11 + k1 * t2 - k2 * t3;
     const double t14 = t2 * t11 + k1 * t5 - k2 * t8;
     const double t15 = t3 * t11 + k1 * t6 - k2 * t9;
-    const double hc_forearm_z = p[0] * t12 + k2 * t2 + k1 * t3;
-    const double t16 = t4 + p[0] * t13;
-    const double t17 = t4 * t11 + k1 * t7 - k2 * t10 + t13 * hc_forearm_y;
-    const double t18 = t12 * hc_forearm_z + k2 * (t2 * t12 + k2 * t5 + k1 * t8);
-    const double t19 = t4 * t12 + k2 * t7 + k1 * t10 + t13 * hc_forearm_z;
-    const double hc_forearm_x = 0.4858 + t16;
+    const double t16 = p[0] * t12 + k2 * t2 + k1 * t3;
+    const double t17 = t4 + p[0] * t13;
+    const double t18 = t12 * t16 + k2 * (t2 * t12 + k2 * t5 + k1 * t8);
+    const double t19 = 2.36 + p[0];
+    const double hc_forearm_x = 0.4858 + t17;
     const double t20 = k3 + (t11 * hc_forearm_y + k1 * t14 - k2 * t15);
-    const double t21 = t12 * hc_forearm_y + k2 * t14 + k1 * t15 - k4;
-    const double t22 = 0.141853 + (t1 - p[6] + p[3] * t4 + t4 * t13 + t13 * t16);
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
-    double sin_q2, cos_q2;
-    sine_cosine(q[2], &sin_q2, &cos_q2);
+    const double t21 = 0.141853 + (t1 - p[6] + p[3] * t4 + t4 * t13 + t13 * t17);
+    const double t22 = 0.16 * t19;
+    const double t23 = 0.155 + t16;
+    const double t24 = k5 + (t18 + k1 * (t3 * t12 + k2 * t6 + k1 * t9));
+    const double t25 = cos_q1 * (cos_q1 * (0.165 + t22));
+    const double t26 = 0.4 * cos_q1;
+    const double t27 = 0.4 * sin_q1;
     /* composite inertia: forearm */
-    const double t23 = hc_forearm_x * cos_q2 - hc_forearm_y * sin_q2;
-    const double hc_upper_arm_y = hc_forearm_x * sin_q2 + hc_forearm_y * cos_q2;
-    const double t24 = cos_q2 * (t22 - t20) - sin_q2 * (2.0 * t17);
-    const double t25 = cos_q2 * t24;
-    const double t26 = t19 * cos_q2 - t21 * sin_q2;
-    const double t27 = t23 + 0.4 * (2.36 + p[0]);
-    const double hc_upper_arm_z = 0.155 + hc_forearm_z;
-    const double t28 = 0.167 + (t20 + t25 + 0.4 * (t23 + t27));
-    const double t29 = 0.002 + (t22 - t25);
+    const double t28 = hc_forearm_x * cos_1 - hc_forearm_y * sin_1;
+    const double t29 = hc_forearm_x * sin_1 + hc_forearm_y * cos_1;
+    const double t30 = 2.0 * (t4 * t11 + k1 * t7 - k2 * t10 + t13 * hc_forearm_y);
+    const double t31 = cos_1 * (cos_1 * (t21 - t20) - sin_1 * t30);
+    const double t32 = (t12 * hc_forearm_y + k2 * t14 + k1 * t15 - k4) * sin_1;
+    const double t33 = (t4 * t12 + k2 * t7 + k1 * t10 + t13 * t16) * cos_1 - t32;
+    const double t34 = 0.167 + t22 - t25 + (t21 - t31 + t27 * (2.0 * t29));
     /* composite inertia: upper_arm */
-    const double t30 = sin_q1 * hc_upper_arm_y;
-    const double t31 = sin_q1 * (2.0 * (t17 + sin_q2 * t24 + 0.4 * hc_upper_arm_y));
-    const double t32 = sin_q1 * (t19 * sin_q2 + t21 * cos_q2);
-    const double t33 = hc_upper_arm_z + (hc_upper_arm_z + 0.03 * (5.46 + p[0]));
-    const double t34 = cos_q1 * (0.031 + (t26 + 0.4 * hc_forearm_z)) - t32;
-    const double t35 = t34 + 0.03 * (cos_q1 * (0.62 + t27) - t30);
-    const double t36 = k5 + (t18 + k1 * (t3 * t12 + k2 * t6 + k1 * t9)) + 0.03 * t33;
+    const double t35 = 0.03 * ((0.62 + 0.4 * t19) * cos_q1 + t28);
+    const double t36 = (0.031 + 0.4 * t16) * cos_q1 + t33 + t35;
     /* mass matrix: columns of shoulder */
-    M[0] = 0.0025 + (t28 - cos_q1 * (cos_q1 * (t28 - t29) - t31)) + (0.0025 + t36);
-    const double t37 = -t35;
+    M[0] = 0.0025 + (t24 + 0.03 * (t23 + (t23 + 0.03 * (5.46 + p[0])))) + (0.0025 + t34);
+    const double t37 = -t36;
     M[1] = t37;
     M[3] = t37;
     /* mass matrix: columns of upper_arm */
-    M[4] = t28 + t29;
+    M[4] = 0.002 + t25 + (t20 + t31 + t26 * (2.0 * t28)) + t34;
     /* mass matrix: columns of forearm */
-    const double t38 = t20 + t22;
+    const double t38 = t20 + t21;
     M[8] = t38;
-    const double t39 = t38 + 0.4 * t23;
+    const double t39 = t38 + (t26 * t28 + t27 * t29);
     M[5] = t39;
     M[7] = t39;
-    const double t40 = t32 - cos_q1 * t26 - 0.03 * (cos_q1 * t23 - t30);
-    M[2] = t40;
-    M[6] = t40;
+    const double t40 = t33 + 0.03 * t28;
+    const double t41 = -t40;
+    M[2] = t41;
+    M[6] = t41;
 }
 
 /*
  * gravity_force: g = gravity, left-hand side
  * From q (3, m or rad), p (13, SI) to g (3, N or N.m).
- * Plan: composite. Operations: 17 add, 23 mul, 2 sincos.
+ * Plan: composite, parallel axes merged. Operations: 13 add, 17 mul, 2 sincos.
  */
 void payload_gravity_force(const double q[3], const double p[13], double g[3])
 {
+    const double angles[4] = {q[1], q[1] + q[2], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q1 = sines[0];
+    const double sin_1 = sines[1];
+    const double cos_1 = cosines[1];
     const double t1 = p[0] * (k1 * p[10] - k2 * p[11]) + k1 * (p[0] * p[1]);
     const double t2 = t1 - k2 * (p[0] * p[2]);
     const double t3 = 0.4858 + p[0] * (p[3] + (0.35 + p[12]));
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
-    double sin_q2, cos_q2;
-    sine_cosine(q[2], &sin_q2, &cos_q2);
-    /* gravity in link axes: upper_arm */
-    const double t4 = 9.81 * cos_q1;
-    const double t5 = 9.81 * sin_q1;
-    /* gravity: upper_arm */
-    const double t6 = t5 * (0.62 + 0.4 * (2.36 + p[0]) + (t3 * cos_q2 - t2 * sin_q2));
-    g[1] = -(t6 + t4 * (t3 * sin_q2 + t2 * cos_q2));
+    /* first moment: forearm */
+    const double t4 = (0.62 + 0.4 * (2.36 + p[0])) * sin_q1;
+    /* gravity: shoulder */
+    g[1] = -9.81 * (t4 + (t3 * sin_1 + t2 * cos_1));
     /* gravity: forearm */
-    const double t7 = t3 * (cos_q2 * t5 + sin_q2 * t4);
-    g[2] = -(t7 + t2 * (cos_q2 * t4 - sin_q2 * t5));
+    g[2] = -(t3 * (9.81 * sin_1) + t2 * (9.81 * cos_1));
     /* constant entries */
     g[0] = 0.0;
 }
@@ -245,10 +309,17 @@ void payload_gravity_force(const double q[3], const double p[13], double g[3])
 /*
  * bias_force: h = C v + gravity_force + passive_force
  * From q (3, m or rad), v (3, m/s or rad/s), p (13, SI) to h (3, N or N.m).
- * Plan: recursive. Operations: 106 add, 132 mul, 2 sincos.
+ * Plan: recursive, parallel axes merged. Operations: 95 add, 118 mul, 2 sincos.
  */
 void payload_bias_force(const double q[3], const double v[3], const double p[13], double h[3])
 {
+    const double angles[4] = {q[1], q[1] + q[2], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q1 = sines[0];
+    const double cos_q1 = cosines[0];
+    const double sin_1 = sines[1];
+    const double cos_1 = cosines[1];
     const double t1 = 0.5 * (p[6] + (p[4] + p[5]));
     const double t2 = p[0] * p[1];
     const double t3 = p[0] * p[2];
@@ -270,62 +341,53 @@ void payload_bias_force(const double q[3], const double v[3], const double p[13]
     const double t19 = k3 + (t7 * t10 + k1 * t11 - k2 * t12);
     const double t20 = t8 * t10 + k2 * t11 + k1 * t12 - k4;
     const double t21 = 0.141853 + (t1 - p[6] + p[3] * t4 + t4 * t9 + t9 * t14);
-    const double t22 = 0.16 * t17;
-    const double t23 = 0.62 + 0.4 * t17;
-    const double t24 = 0.031 + 0.4 * t13;
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
-    double sin_q2, cos_q2;
-    sine_cosine(q[2], &sin_q2, &cos_q2);
+    const double t22 = (0.62 + 0.4 * t17) * sin_q1;
+    const double t23 = sin_q1 * (cos_q1 * (0.165 + 0.16 * t17));
+    const double t24 = 0.4 * cos_q1;
+    const double t25 = 0.4 * sin_q1;
+    /* motion: shoulder */
+    const double t26 = v[0] * v[0];
     /* motion: upper_arm */
-    const double w_upper_arm_x = v[0] * cos_q1;
-    const double t25 = v[0] * sin_q1;
-    const double t26 = v[1] * t25;
-    const double t27 = v[1] * w_upper_arm_x;
-    const double t28 = 0.03 * (v[0] * v[0]);
-    const double t29 = 9.81 * sin_q1;
-    const double t30 = v[1] * v[1];
-    const double t31 = w_upper_arm_x * t25;
-    const double t32 = t25 * t25 + t30;
+    const double t27 = v[0] * v[1];
+    const double t28 = 0.03 * t26;
+    const double t29 = v[1] * v[1];
+    const double t30 = t26 + t29;
+    const double t31 = 2.0 * t27;
     /* motion: forearm */
-    const double w_forearm_x = cos_q2 * w_upper_arm_x - sin_q2 * t25;
-    const double t33 = cos_q2 * t25 + sin_q2 * w_upper_arm_x;
+    const double w_forearm_x = v[0] * cos_1;
+    const double t32 = v[0] * sin_1;
     const double w_forearm_z = v[1] + v[2];
-    const double t34 = cos_q2 * t26 + sin_q2 * t27 + v[2] * t33;
-    const double dw_forearm_y = sin_q2 * t26 - cos_q2 * t27 - v[2] * w_forearm_x;
-    const double t35 = 9.81 * cos_q1 - 0.4 * t32;
-    const double t36 = t29 + 0.4 * t31;
-    const double a_forearm_z = 0.8 * t27 - t28;
+    const double t33 = sin_1 * t27 + v[2] * t32;
+    const double t34 = cos_1 * t27 + v[2] * w_forearm_x;
+    const double t35 = t25 * t30;
+    const double t36 = 9.81 - t24 * t29;
+    const double a_forearm_z = t24 * t31 - t28;
     const double t37 = w_forearm_x * w_forearm_x;
-    const double t38 = t33 * t33;
+    const double t38 = t32 * t32;
     const double t39 = w_forearm_z * w_forearm_z;
-    const double t40 = w_forearm_x * t33;
+    const double t40 = w_forearm_x * t32;
     const double t41 = w_forearm_x * w_forearm_z;
-    const double t42 = t33 * w_forearm_z;
-    const double t43 = t41 - dw_forearm_y;
-    const double t44 = t34 + t42;
+    const double t42 = t32 * w_forearm_z;
+    const double t43 = t34 + t41;
+    const double t44 = t33 + t42;
     /* force: forearm */
     const double t45 = t18 * (t38 + t39) + t10 * t40;
     const double t46 = t18 * t40 + t10 * (t37 + t39);
-    const double t47 = t16 * (t34 - t42) + t40 * (t19 - t21);
-    const double t48 = t18 * (cos_q2 * t36 + sin_q2 * t35);
+    const double t47 = t16 * (t33 - t42) + t40 * (t19 - t21) - t20 * (t41 - t34);
+    const double t48 = t18 * (cos_1 * t35 + sin_1 * t36);
     const double t49 = t20 * (t39 - t38) + (t16 * t40 + (t15 * t43 - t19 * t44));
-    const double n_forearm_x = t49 + t10 * a_forearm_z;
     const double t50 = t16 * (t37 - t39) + (t15 * t44 - (t21 * t43 + t20 * t40));
-    const double n_forearm_y = t50 - t18 * a_forearm_z;
-    const double t51 = t15 * (t38 - t37) + (t47 - t20 * (dw_forearm_y + t41));
-    const double n_forearm_z = t51 - (t48 + t10 * (cos_q2 * t35 - sin_q2 * t36));
-    const double t52 = sin_q2 * t45 + cos_q2 * t46;
-    const double t53 = sin_q2 * n_forearm_x + cos_q2 * n_forearm_y;
+    const double t51 = t48 + t10 * (cos_1 * t36 - sin_1 * t35);
+    const double n_forearm_z = t15 * (t38 - t37) + t47 - t51;
+    const double t52 = sin_1 * t45 + cos_1 * t46;
+    const double t53 = cos_1 * (t49 + t10 * a_forearm_z);
+    const double t54 = t53 - sin_1 * (t50 - t18 * a_forearm_z);
     /* force: upper_arm */
-    const double t54 = t24 * (w_upper_arm_x * w_upper_arm_x - t30);
-    const double t55 = cos_q2 * n_forearm_x - sin_q2 * n_forearm_y;
-    const double t56 = t54 - (0.167 + t22) * (2.0 * t27) + t23 * t28;
-    const double t57 = sin_q1 * (sin_q2 * t46 - cos_q2 * t45 - t23 * t32);
-    const double t58 = sin_q1 * (t53 - 0.4 * (t18 * t43 - t10 * t44) + t56);
-    const double t59 = cos_q1 * (t55 + (t24 * t31 - 0.004 * t26)) - t58;
-    h[0] = t59 - 0.03 * (t57 - cos_q1 * (t52 + t23 * t31)) + 0.2 * v[0];
-    h[1] = n_forearm_z - 0.4 * t52 - (t31 * (0.165 + t22) + t23 * t29) + 0.2 * v[1];
+    const double t55 = t23 * t31 + (0.031 + 0.4 * t13) * sin_q1 * t29 - t22 * t28;
+    const double t56 = n_forearm_z - (t24 * t52 + t25 * (sin_1 * t46 - cos_1 * t45));
+    const double n_upper_arm_x = t54 + t25 * (t18 * t43 - t10 * t44) + t55;
+    h[0] = n_upper_arm_x + 0.03 * (t52 + t22 * t30) + 0.2 * v[0];
+    h[1] = t56 - (t23 * t26 + 9.81 * t22) + 0.2 * v[1];
     h[2] = n_forearm_z + 0.1 * v[2];
 }
 
@@ -333,7 +395,7 @@ void payload_bias_force(const double q[3], const double v[3], const double p[13]
  * inverse_dynamics: tau = mass_matrix a + bias_force
  * From q (3, m or rad), v (3, m/s or rad/s), a (3, m/s^2 or rad/s^2), p (13, SI) to tau (3, N or
  *   N.m).
- * Plan: recursive. Operations: 132 add, 151 mul, 2 sincos.
+ * Plan: recursive, parallel axes merged. Operations: 127 add, 146 mul, 2 sincos.
  */
 void payload_inverse_dynamics(
     const double q[3],
@@ -342,6 +404,13 @@ void payload_inverse_dynamics(
     const double p[13],
     double tau[3])
 {
+    const double angles[4] = {q[1], q[1] + q[2], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q1 = sines[0];
+    const double cos_q1 = cosines[0];
+    const double sin_1 = sines[1];
+    const double cos_1 = cosines[1];
     const double t1 = 0.5 * (p[6] + (p[4] + p[5]));
     const double t2 = p[0] * p[1];
     const double t3 = p[0] * p[2];
@@ -368,76 +437,70 @@ void payload_inverse_dynamics(
     const double t24 = k3 + (t11 * t14 + k1 * t15 - k2 * t16);
     const double t25 = t12 * t14 + k2 * t15 + k1 * t16 - k4;
     const double t26 = 0.141853 + (t1 - p[6] + p[3] * t4 + t4 * t13 + t13 * t18);
-    const double t27 = 0.62 + 0.4 * t22;
-    const double t28 = 0.155 + t17;
-    const double t29 = 0.167 + 0.16 * t22;
+    const double t27 = 0.16 * t22;
+    const double t28 = 0.62 + 0.4 * t22;
+    const double t29 = 0.155 + t17;
     const double t30 = 0.031 + 0.4 * t17;
     const double t31 = k5 + (t20 + k1 * (t3 * t12 + k2 * t6 + k1 * t9));
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
-    double sin_q2, cos_q2;
-    sine_cosine(q[2], &sin_q2, &cos_q2);
+    const double t32 = t28 * cos_q1;
+    const double t33 = t28 * sin_q1;
+    const double t34 = cos_q1 * (0.165 + t27);
+    const double t35 = sin_q1 * t34;
+    const double t36 = t30 * cos_q1;
+    const double t37 = 0.4 * cos_q1;
+    const double t38 = 0.4 * sin_q1;
+    /* motion: shoulder */
+    const double t39 = v[0] * v[0];
     /* motion: upper_arm */
-    const double w_upper_arm_x = v[0] * cos_q1;
-    const double t32 = v[0] * sin_q1;
-    const double t33 = a[0] * cos_q1;
-    const double t34 = v[1] * t32;
-    const double t35 = v[1] * w_upper_arm_x;
-    const double dw_upper_arm_x = t33 - t34;
-    const double t36 = a[0] * sin_q1 + t35;
-    const double t37 = 0.03 * a[0];
-    const double t38 = 0.03 * (v[0] * v[0]);
-    const double t39 = cos_q1 * t37 + 9.81 * sin_q1;
-    const double t40 = v[1] * v[1];
-    const double t41 = w_upper_arm_x * t32;
-    const double t42 = t32 * t32 + t40;
-    const double t43 = a[1] - t41;
-    const double t44 = t35 + t36;
+    const double t40 = v[0] * v[1];
+    const double t41 = 0.03 * a[0];
+    const double t42 = 0.03 * t39;
+    const double t43 = v[1] * v[1];
+    const double t44 = t39 + t43;
+    const double t45 = 2.0 * t40;
     /* motion: forearm */
-    const double w_forearm_x = cos_q2 * w_upper_arm_x - sin_q2 * t32;
-    const double t45 = cos_q2 * t32 + sin_q2 * w_upper_arm_x;
+    const double w_forearm_x = v[0] * cos_1;
+    const double t46 = v[0] * sin_1;
     const double w_forearm_z = v[1] + v[2];
     const double dw_forearm_z = a[1] + a[2];
-    const double dw_forearm_x = cos_q2 * dw_upper_arm_x - sin_q2 * t36 - v[2] * t45;
-    const double t46 = cos_q2 * t36 + sin_q2 * dw_upper_arm_x + v[2] * w_forearm_x;
-    const double t47 = 9.81 * cos_q1 - sin_q1 * t37 - 0.4 * t42;
-    const double t48 = 0.4 * t43 - t39;
-    const double a_forearm_z = 0.4 * t44 - t38;
-    const double t49 = w_forearm_x * w_forearm_x;
-    const double t50 = t45 * t45;
-    const double t51 = w_forearm_z * w_forearm_z;
-    const double t52 = w_forearm_x * t45;
-    const double t53 = w_forearm_x * w_forearm_z;
-    const double t54 = t45 * w_forearm_z;
-    const double t55 = dw_forearm_z + t52;
-    const double t56 = dw_forearm_z - t52;
-    const double t57 = t46 + t53;
-    const double t58 = dw_forearm_x - t54;
+    const double dw_forearm_x = a[0] * cos_1 - sin_1 * t40 - v[2] * t46;
+    const double t47 = cos_1 * t40 + a[0] * sin_1 + v[2] * w_forearm_x;
+    const double t48 = 9.81 - (t37 * t43 + a[1] * t38);
+    const double t49 = a[1] * t37 - t38 * t44 - t41;
+    const double a_forearm_z = t37 * t45 + a[0] * t38 - t42;
+    const double t50 = w_forearm_x * w_forearm_x;
+    const double t51 = t46 * t46;
+    const double t52 = w_forearm_z * w_forearm_z;
+    const double t53 = w_forearm_x * t46;
+    const double t54 = w_forearm_x * w_forearm_z;
+    const double t55 = t46 * w_forearm_z;
+    const double t56 = dw_forearm_z + t53;
+    const double t57 = dw_forearm_z - t53;
+    const double t58 = t47 + t54;
+    const double t59 = dw_forearm_x - t55;
     /* force: forearm */
-    const double t59 = t23 * (t50 + t51) + t14 * t55;
-    const double f_forearm_y = t23 * t56 - t14 * (t49 + t51);
-    const double t60 = t26 * t56 + t24 * t55 - t21 * (dw_forearm_x + t54);
-    const double t61 = t23 * (cos_q2 * t48 - sin_q2 * t47);
-    const double t62 = t25 * (t51 - t50) + (t24 * t58 + t19 * t57 - t21 * t56);
-    const double n_forearm_x = t62 + t14 * a_forearm_z;
-    const double t63 = t21 * (t49 - t51) - (t19 * t58 + (t26 * t57 + t25 * t55));
-    const double n_forearm_y = t63 - t23 * a_forearm_z;
-    const double t64 = t19 * (t50 - t49) + (t60 - t25 * (t53 - t46));
-    const double n_forearm_z = t64 + (t61 - t14 * (cos_q2 * t47 + sin_q2 * t48));
-    const double t65 = cos_q2 * f_forearm_y - sin_q2 * t59;
-    const double t66 = sin_q2 * n_forearm_x + cos_q2 * n_forearm_y;
+    const double t60 = t23 * (t51 + t52) + t14 * t56;
+    const double f_forearm_y = t23 * t57 - t14 * (t50 + t52);
+    const double t61 = t26 * t57 + t24 * t56 - t21 * (dw_forearm_x + t55);
+    const double t62 = t23 * (cos_1 * t49 - sin_1 * t48);
+    const double t63 = t25 * (t52 - t51) + (t24 * t59 + t19 * t58 - t21 * t57);
+    const double t64 = t21 * (t50 - t52) - (t19 * t59 + (t26 * t58 + t25 * t56));
+    const double t65 = t19 * (t51 - t50) + (t61 - t25 * (t54 - t47));
+    const double n_forearm_z = t65 + (t62 - t14 * (cos_1 * t48 + sin_1 * t49));
+    const double t66 = cos_1 * f_forearm_y - sin_1 * t60;
+    const double t67 = cos_1 * (t63 + t14 * a_forearm_z);
+    const double t68 = t67 - sin_1 * (t64 - t23 * a_forearm_z);
+    const double t69 = t37 * t66 + t38 * (cos_1 * t60 + sin_1 * f_forearm_y);
     /* force: upper_arm */
-    const double t67 = t30 * (w_upper_arm_x * w_upper_arm_x - t40) - t29 * t44;
-    const double t68 = cos_q2 * n_forearm_x - sin_q2 * n_forearm_y;
-    const double t69 = t29 * t43 + 0.002 * (a[1] + t41) - t30 * t33 - t27 * t39;
-    const double t70 = sin_q1 * (cos_q2 * t59 + sin_q2 * f_forearm_y + t27 * t42);
-    const double n_upper_arm_y = t66 - 0.4 * (t23 * t57 + t14 * t58) + (t67 + t27 * t38);
-    const double t71 = cos_q1 * (t68 + (0.002 * (dw_upper_arm_x - t34) - t30 * t43));
-    const double t72 = 0.03 * (cos_q1 * (t65 + t27 * t43) - t70);
+    const double t70 = a[0] * (0.167 + t27 - cos_q1 * t34) + t35 * t45 - a[1] * t36;
+    const double t71 = a[1] * (0.169 + t27) - a[0] * t36 - t35 * t39;
+    const double t72 = t30 * sin_q1 * t43 + t70 - t33 * t42;
+    const double n_upper_arm_x = t68 + t38 * (t23 * t58 + t14 * t59) + t72;
     /* force: shoulder */
-    const double t73 = 0.005 + (t31 + 0.03 * (t28 + (t28 + 0.03 * (5.46 + p[0]))));
-    tau[0] = t71 - sin_q1 * n_upper_arm_y - t72 + a[0] * t73 + 0.2 * v[0];
-    tau[1] = n_forearm_z + 0.4 * t65 + t69 + 0.2 * v[1];
+    const double t73 = 0.005 + (t31 + 0.03 * (t29 + (t29 + 0.03 * (5.46 + p[0]))));
+    const double t74 = n_upper_arm_x - 0.03 * (t66 + (a[1] * t32 - t33 * t44));
+    tau[0] = t74 + a[0] * t73 + 0.2 * v[0];
+    tau[1] = n_forearm_z + t69 + (t71 - (t32 * t41 + 9.81 * t33)) + 0.2 * v[1];
     tau[2] = n_forearm_z + 0.1 * v[2];
 }
 
@@ -445,7 +508,7 @@ void payload_inverse_dynamics(
  * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (3, m or rad), v (3, m/s or rad/s), tau (3, N or N.m), p (13, SI) to a (3, m/s^2 or
  *   rad/s^2).
- * Plan: factored. Operations: 160 add, 187 mul, 3 div, 2 sincos.
+ * Plan: factored, parallel axes merged. Operations: 144 add, 166 mul, 3 div, 2 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
  */
 void payload_forward_dynamics(
@@ -455,6 +518,13 @@ void payload_forward_dynamics(
     const double p[13],
     double a[3])
 {
+    const double angles[4] = {q[1], q[1] + q[2], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q1 = sines[0];
+    const double cos_q1 = cosines[0];
+    const double sin_1 = sines[1];
+    const double cos_1 = cosines[1];
     const double t1 = 0.5 * (p[6] + (p[4] + p[5]));
     const double t2 = p[0] * p[1];
     const double t3 = p[0] * p[2];
@@ -484,102 +554,88 @@ void payload_forward_dynamics(
     const double t25 = 0.16 * t21;
     const double t26 = 0.62 + 0.4 * t21;
     const double t27 = 0.155 + t16;
-    const double t28 = 0.167 + t25;
-    const double t29 = 0.031 + 0.4 * t16;
-    const double t30 = k5 + (t19 + k1 * (t3 * t12 + k2 * t6 + k1 * t9));
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
-    double sin_q2, cos_q2;
-    sine_cosine(q[2], &sin_q2, &cos_q2);
+    const double t28 = 0.031 + 0.4 * t16;
+    const double t29 = k5 + (t19 + k1 * (t3 * t12 + k2 * t6 + k1 * t9));
+    const double t30 = t26 * sin_q1;
+    const double t31 = cos_q1 * (0.165 + t25);
+    const double t32 = cos_q1 * t31;
+    const double t33 = sin_q1 * t31;
+    const double t34 = 0.4 * cos_q1;
+    const double t35 = 0.4 * sin_q1;
+    /* motion: shoulder */
+    const double t36 = v[0] * v[0];
     /* motion: upper_arm */
-    const double w_upper_arm_x = v[0] * cos_q1;
-    const double t31 = v[0] * sin_q1;
-    const double t32 = v[1] * t31;
-    const double t33 = v[1] * w_upper_arm_x;
-    const double t34 = 0.03 * (v[0] * v[0]);
-    const double t35 = 9.81 * sin_q1;
-    const double t36 = v[1] * v[1];
-    const double t37 = w_upper_arm_x * t31;
-    const double t38 = t31 * t31 + t36;
+    const double t37 = v[0] * v[1];
+    const double t38 = 0.03 * t36;
+    const double t39 = v[1] * v[1];
+    const double t40 = t36 + t39;
+    const double t41 = 2.0 * t37;
     /* motion: forearm */
-    const double w_forearm_x = cos_q2 * w_upper_arm_x - sin_q2 * t31;
-    const double t39 = cos_q2 * t31 + sin_q2 * w_upper_arm_x;
+    const double w_forearm_x = v[0] * cos_1;
+    const double t42 = v[0] * sin_1;
     const double w_forearm_z = v[1] + v[2];
-    const double t40 = cos_q2 * t32 + sin_q2 * t33 + v[2] * t39;
-    const double dw_forearm_y = sin_q2 * t32 - cos_q2 * t33 - v[2] * w_forearm_x;
-    const double t41 = 9.81 * cos_q1 - 0.4 * t38;
-    const double t42 = t35 + 0.4 * t37;
-    const double a_forearm_z = 0.8 * t33 - t34;
-    const double t43 = w_forearm_x * w_forearm_x;
-    const double t44 = t39 * t39;
-    const double t45 = w_forearm_z * w_forearm_z;
-    const double t46 = w_forearm_x * t39;
-    const double t47 = w_forearm_x * w_forearm_z;
-    const double t48 = t39 * w_forearm_z;
-    const double t49 = t47 - dw_forearm_y;
-    const double t50 = t40 + t48;
+    const double t43 = sin_1 * t37 + v[2] * t42;
+    const double t44 = cos_1 * t37 + v[2] * w_forearm_x;
+    const double t45 = t35 * t40;
+    const double t46 = 9.81 - t34 * t39;
+    const double a_forearm_z = t34 * t41 - t38;
+    const double t47 = w_forearm_x * w_forearm_x;
+    const double t48 = t42 * t42;
+    const double t49 = w_forearm_z * w_forearm_z;
+    const double t50 = w_forearm_x * t42;
+    const double t51 = w_forearm_x * w_forearm_z;
+    const double t52 = t42 * w_forearm_z;
+    const double t53 = t44 + t51;
+    const double t54 = t43 + t52;
     /* force: forearm */
-    const double t51 = hc_forearm_x * (t44 + t45) + hc_forearm_y * t46;
-    const double t52 = hc_forearm_x * t46 + hc_forearm_y * (t43 + t45);
-    const double t53 = t22 - t24;
-    const double t54 = t20 * (t40 - t48) + t46 * t53 - t23 * (dw_forearm_y + t47);
-    const double t55 = hc_forearm_x * (cos_q2 * t42 + sin_q2 * t41);
-    const double t56 = t23 * (t45 - t44) + (t20 * t46 + (t18 * t49 - t22 * t50));
-    const double n_forearm_x = t56 + hc_forearm_y * a_forearm_z;
-    const double t57 = t20 * (t43 - t45) + (t18 * t50 - (t24 * t49 + t23 * t46));
-    const double n_forearm_y = t57 - hc_forearm_x * a_forearm_z;
-    const double t58 = t55 + hc_forearm_y * (cos_q2 * t41 - sin_q2 * t42);
-    const double n_forearm_z = t18 * (t44 - t43) + t54 - t58;
-    const double t59 = sin_q2 * t51 + cos_q2 * t52;
-    const double t60 = 0.4 * (hc_forearm_x * t49 - hc_forearm_y * t50);
+    const double t55 = hc_forearm_x * (t48 + t49) + hc_forearm_y * t50;
+    const double t56 = hc_forearm_x * t50 + hc_forearm_y * (t47 + t49);
+    const double t57 = t22 - t24;
+    const double t58 = t20 * (t43 - t52) + t50 * t57 - t23 * (t51 - t44);
+    const double t59 = hc_forearm_x * (cos_1 * t45 + sin_1 * t46);
+    const double t60 = t23 * (t49 - t48) + (t20 * t50 + (t18 * t53 - t22 * t54));
+    const double t61 = t20 * (t47 - t49) + (t18 * t54 - (t24 * t53 + t23 * t50));
+    const double t62 = t59 + hc_forearm_y * (cos_1 * t46 - sin_1 * t45);
+    const double n_forearm_z = t18 * (t48 - t47) + t58 - t62;
+    const double t63 = sin_1 * t55 + cos_1 * t56;
+    const double t64 = cos_1 * (t60 + hc_forearm_y * a_forearm_z);
+    const double t65 = t64 - sin_1 * (t61 - hc_forearm_x * a_forearm_z);
     /* force: upper_arm */
-    const double t61 = t29 * (w_upper_arm_x * w_upper_arm_x - t36) - t28 * (2.0 * t33);
-    const double t62 = cos_q2 * n_forearm_x - sin_q2 * n_forearm_y;
-    const double t63 = sin_q2 * n_forearm_x + cos_q2 * n_forearm_y - t60;
-    const double t64 = sin_q1 * (sin_q2 * t52 - cos_q2 * t51 - t26 * t38);
-    const double t65 = cos_q1 * (t62 + (t29 * t37 - 0.004 * t32));
-    const double t66 = 0.03 * (t64 - cos_q1 * (t59 + t26 * t37));
-    const double n_upper_arm_z = n_forearm_z - 0.4 * t59 - (t37 * (0.165 + t25) + t26 * t35);
-    const double t67 = t65 - sin_q1 * (t63 + (t61 + t26 * t34)) - t66 + 0.2 * v[0];
-    const double t68 = tau[2] - (n_forearm_z + 0.1 * v[2]);
+    const double t66 = t65 + t35 * (hc_forearm_x * t53 - hc_forearm_y * t54);
+    const double t67 = n_forearm_z - (t34 * t63 + t35 * (sin_1 * t56 - cos_1 * t55));
+    const double n_upper_arm_x = t66 + (t33 * t41 + t28 * sin_q1 * t39 - t30 * t38);
+    const double t68 = n_upper_arm_x + 0.03 * (t63 + t30 * t40) + 0.2 * v[0];
+    const double t69 = tau[2] - (n_forearm_z + 0.1 * v[2]);
     /* composite inertia: forearm */
-    const double t69 = hc_forearm_x * cos_q2 - hc_forearm_y * sin_q2;
-    const double hc_upper_arm_y = hc_forearm_x * sin_q2 + hc_forearm_y * cos_q2;
-    const double t70 = cos_q2 * t53 + sin_q2 * (2.0 * t18);
-    const double t71 = cos_q2 * t70;
-    const double t72 = t20 * cos_q2 - t23 * sin_q2;
-    const double t73 = t28 + (t22 - t71 + 0.8 * t69);
-    const double t74 = 0.002 + (t24 + t71);
-    /* composite inertia: upper_arm */
-    const double t75 = sin_q1 * hc_upper_arm_y;
-    const double t76 = sin_q1 * (2.0 * (t18 - sin_q2 * t70 + 0.4 * hc_upper_arm_y));
-    const double t77 = sin_q1 * (t20 * sin_q2 + t23 * cos_q2);
-    const double t78 = 0.03 * (cos_q1 * (t26 + t69) - t75);
+    const double t70 = hc_forearm_x * cos_1 - hc_forearm_y * sin_1;
+    const double t71 = hc_forearm_x * sin_1 + hc_forearm_y * cos_1;
+    const double t72 = cos_1 * (cos_1 * t57 + sin_1 * (2.0 * t18));
+    const double t73 = t20 * cos_1 - t23 * sin_1;
+    const double t74 = 0.167 + t25 - t32 + (t24 + t72 + t35 * (2.0 * t71));
     /* mass matrix: columns of shoulder */
-    const double t79 = 0.0025 + (t30 + 0.03 * (t27 + (t27 + 0.03 * (5.46 + p[0]))));
+    const double t75 = 0.0025 + (t29 + 0.03 * (t27 + (t27 + 0.03 * (5.46 + p[0]))));
     /* mass matrix: columns of forearm */
-    const double t80 = t22 + t24;
-    const double t81 = t80 + 0.4 * t69;
-    const double t82 = t77 - cos_q1 * t72 - 0.03 * (cos_q1 * t69 - t75);
+    const double t76 = t22 + t24;
+    const double t77 = t76 + (t34 * t70 + t35 * t71);
+    const double t78 = t73 + 0.03 * t70;
     /* factor: LᵀDL */
-    const double t83 = 1.0 / t80;
-    const double t84 = t81 * t83;
-    const double t85 = t73 + t74 - t81 * t84;
-    const double t86 = cos_q1 * (t29 + t72) - t77 + t78 + t82 * t84;
-    const double t87 = t82 * t83;
-    const double t88 = t79 + (0.0025 + (t73 - cos_q1 * (cos_q1 * (t73 - t74) - t76)));
-    const double t89 = 1.0 / t85;
-    const double t90 = t86 * t89;
-    const double t91 = t88 - t82 * t87 - t86 * t90;
+    const double t79 = 1.0 / t76;
+    const double t80 = t77 * t79;
+    const double t81 = 0.002 + t32 + (t22 - t72 + t34 * (2.0 * t70)) + t74 - t77 * t80;
+    const double t82 = t78 * t80 - (t28 * cos_q1 + t73 + 0.03 * (t26 * cos_q1 + t70));
+    const double t83 = t78 * t79;
+    const double t84 = 1.0 / t81;
+    const double t85 = t82 * t84;
+    const double t86 = t75 + (0.0025 + t74) - t78 * t83 - t82 * t85;
     /* solve */
-    const double t92 = tau[1] - (n_upper_arm_z + 0.2 * v[1]) - t68 * t84;
-    const double t93 = 1.0 / t91 * (tau[0] - t67 - t68 * t87 + t90 * t92);
-    a[0] = t93;
-    const double t94 = t89 * t92 + t90 * t93;
-    a[1] = t94;
-    a[2] = t68 * t83 - t84 * t94 - t87 * t93;
+    const double t87 = tau[1] - (t67 - (t33 * t36 + 9.81 * t30) + 0.2 * v[1]) - t69 * t80;
+    const double t88 = 1.0 / t86 * (tau[0] - t68 + t69 * t83 - t85 * t87);
+    a[0] = t88;
+    const double t89 = t84 * t87 - t85 * t88;
+    a[1] = t89;
+    a[2] = t69 * t79 - t80 * t89 + t83 * t88;
     /* no answer unless these are positive */
-    if (!(t91 > 0.0 && t85 > 0.0 && t80 > 0.0)) {
+    if (!(t86 > 0.0 && t81 > 0.0 && t76 > 0.0)) {
         for (int i = 0; i < 3; ++i) {
             a[i] = (double)NAN;
         }
@@ -594,16 +650,19 @@ void payload_forward_dynamics(
 void payload_frame_pose_tool(const double q[3], const double p[13], double pose[16])
 {
     (void)p;
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
+    const double angles[4] = {q[0], q[1], q[2], 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
+    const double sin_q2 = sines[2];
+    const double cos_q2 = cosines[2];
     const double t1 = cos_q0 * cos_q1;
     const double t2 = cos_q0 * sin_q1;
     const double t3 = sin_q0 * cos_q1;
     const double t4 = sin_q0 * sin_q1;
-    double sin_q2, cos_q2;
-    sine_cosine(q[2], &sin_q2, &cos_q2);
     const double t5 = t1 * cos_q2 - t2 * sin_q2;
     const double t6 = t1 * sin_q2 + t2 * cos_q2;
     pose[2] = t6;

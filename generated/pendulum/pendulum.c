@@ -325,7 +325,7 @@ void pendulum_forward_dynamics(const double q[1], const double v[1], const doubl
 {
     (void)v;
     const double sin_q0 = sine(q[0]);
-    /* solve: outward */
+    /* solve */
     a[0] = 2.5 * (tau[0] - 5.886 * sin_q0);
 }
 

@@ -165,23 +165,23 @@ void screw_drive_natural_coordinates(const double q[1], double x[10])
  */
 void screw_drive_natural_mass_matrix(double Mn[100])
 {
-    Mn[0] = 5.0; Mn[1] = 0.0; Mn[2] = 0.0; Mn[3] = 0.0; Mn[4] = 0.0; Mn[5] = 0.0; Mn[6] = 0.0;
-    Mn[7] = 0.0; Mn[8] = 0.0; Mn[9] = 0.0; Mn[10] = 0.0; Mn[11] = 5.0; Mn[12] = 0.0; Mn[13] = 0.0;
-    Mn[14] = 0.0; Mn[15] = 0.0; Mn[16] = 0.0; Mn[17] = 0.0; Mn[18] = 0.0; Mn[19] = 0.0;
-    Mn[20] = 0.0; Mn[21] = 0.0; Mn[22] = 5.0; Mn[23] = 0.0; Mn[24] = 0.0; Mn[25] = 0.0;
-    Mn[26] = 0.0; Mn[27] = 0.0; Mn[28] = 0.0; Mn[29] = 0.0; Mn[30] = 0.0; Mn[31] = 0.0;
-    Mn[32] = 0.0; Mn[33] = 0.0; Mn[34] = 0.0; Mn[35] = 0.0; Mn[36] = 0.0; Mn[37] = 0.0;
-    Mn[38] = 0.0; Mn[39] = 0.0; Mn[40] = 0.0; Mn[41] = 0.0; Mn[42] = 0.0; Mn[43] = 0.0;
-    Mn[44] = 0.001; Mn[45] = 0.0; Mn[46] = 0.0; Mn[47] = 0.0; Mn[48] = 0.0; Mn[49] = 0.0;
-    Mn[50] = 0.0; Mn[51] = 0.0; Mn[52] = 0.0; Mn[53] = 0.0; Mn[54] = 0.0; Mn[55] = 0.001;
-    Mn[56] = 0.0; Mn[57] = 0.0; Mn[58] = 0.0; Mn[59] = 0.0; Mn[60] = 0.0; Mn[61] = 0.0;
-    Mn[62] = 0.0; Mn[63] = 0.0; Mn[64] = 0.0; Mn[65] = 0.0; Mn[66] = 0.001; Mn[67] = 0.0;
-    Mn[68] = 0.0; Mn[69] = 0.0; Mn[70] = 0.0; Mn[71] = 0.0; Mn[72] = 0.0; Mn[73] = 0.0;
-    Mn[74] = 0.0; Mn[75] = 0.0; Mn[76] = 0.0; Mn[77] = 0.001; Mn[78] = 0.0; Mn[79] = 0.0;
-    Mn[80] = 0.0; Mn[81] = 0.0; Mn[82] = 0.0; Mn[83] = 0.0; Mn[84] = 0.0; Mn[85] = 0.0;
-    Mn[86] = 0.0; Mn[87] = 0.0; Mn[88] = 0.001; Mn[89] = 0.0; Mn[90] = 0.0; Mn[91] = 0.0;
-    Mn[92] = 0.0; Mn[93] = 0.0; Mn[94] = 0.0; Mn[95] = 0.0; Mn[96] = 0.0; Mn[97] = 0.0;
-    Mn[98] = 0.0; Mn[99] = 0.001;
+    for (int i = 1; i < 11; ++i) Mn[i] = 0;
+    for (int i = 12; i < 22; ++i) Mn[i] = 0;
+    for (int i = 23; i < 44; ++i) Mn[i] = 0;
+    for (int i = 45; i < 55; ++i) Mn[i] = 0;
+    for (int i = 56; i < 66; ++i) Mn[i] = 0;
+    for (int i = 67; i < 77; ++i) Mn[i] = 0;
+    for (int i = 78; i < 88; ++i) Mn[i] = 0;
+    for (int i = 89; i < 99; ++i) Mn[i] = 0;
+    Mn[0] = 5.0;
+    Mn[11] = 5.0;
+    Mn[22] = 5.0;
+    Mn[44] = 0.001;
+    Mn[55] = 0.001;
+    Mn[66] = 0.001;
+    Mn[77] = 0.001;
+    Mn[88] = 0.001;
+    Mn[99] = 0.001;
 }
 
 /*
@@ -230,22 +230,17 @@ void screw_drive_constraint_jacobian(const double q[1], double Psi_q[90])
     Psi_q[47] = -t3;
     Psi_q[83] = -(sin_q0 * sin_q0 + cos_q0 * cos_q0);
     /* constant entries */
+    for (int i = 7; i < 19; ++i) Psi_q[i] = 0;
+    for (int i = 26; i < 34; ++i) Psi_q[i] = 0;
+    for (int i = 39; i < 47; ++i) Psi_q[i] = 0;
+    for (int i = 51; i < 61; ++i) Psi_q[i] = 0;
+    for (int i = 62; i < 72; ++i) Psi_q[i] = 0;
+    for (int i = 74; i < 83; ++i) Psi_q[i] = 0;
     Psi_q[0] = 0.0; Psi_q[1] = 0.0; Psi_q[2] = 0.0; Psi_q[3] = 0.0; Psi_q[4] = 0.0; Psi_q[5] = 0.0;
-    Psi_q[6] = 1.0; Psi_q[7] = 0.0; Psi_q[8] = 0.0; Psi_q[9] = 0.0; Psi_q[10] = 0.0;
-    Psi_q[11] = 0.0; Psi_q[12] = 0.0; Psi_q[13] = 0.0; Psi_q[14] = 0.0; Psi_q[15] = 0.0;
-    Psi_q[16] = 0.0; Psi_q[17] = 0.0; Psi_q[18] = 0.0; Psi_q[19] = 1.0; Psi_q[20] = 0.0;
-    Psi_q[21] = 0.0; Psi_q[22] = 0.0; Psi_q[23] = 0.0; Psi_q[26] = 0.0; Psi_q[27] = 0.0;
-    Psi_q[28] = 0.0; Psi_q[29] = 0.0; Psi_q[30] = 0.0; Psi_q[31] = 0.0; Psi_q[32] = 0.0;
-    Psi_q[33] = 0.0; Psi_q[36] = 0.0; Psi_q[39] = 0.0; Psi_q[40] = 0.0; Psi_q[41] = 0.0;
-    Psi_q[42] = 0.0; Psi_q[43] = 0.0; Psi_q[44] = 0.0; Psi_q[45] = 0.0; Psi_q[46] = 0.0;
-    Psi_q[49] = 0.0; Psi_q[50] = 1.0; Psi_q[51] = 0.0; Psi_q[52] = 0.0; Psi_q[53] = 0.0;
-    Psi_q[54] = 0.0; Psi_q[55] = 0.0; Psi_q[56] = 0.0; Psi_q[57] = 0.0; Psi_q[58] = 0.0;
-    Psi_q[59] = 0.0; Psi_q[60] = 0.0; Psi_q[61] = 1.0; Psi_q[62] = 0.0; Psi_q[63] = 0.0;
-    Psi_q[64] = 0.0; Psi_q[65] = 0.0; Psi_q[66] = 0.0; Psi_q[67] = 0.0; Psi_q[68] = 0.0;
-    Psi_q[69] = 0.0; Psi_q[70] = 0.0; Psi_q[71] = 0.0; Psi_q[72] = 1.0; Psi_q[73] = -0.01;
-    Psi_q[74] = 0.0; Psi_q[75] = 0.0; Psi_q[76] = 0.0; Psi_q[77] = 0.0; Psi_q[78] = 0.0;
-    Psi_q[79] = 0.0; Psi_q[80] = 0.0; Psi_q[81] = 0.0; Psi_q[82] = 0.0; Psi_q[86] = 0.0;
-    Psi_q[87] = 0.0; Psi_q[88] = 0.0; Psi_q[89] = 0.0;
+    Psi_q[6] = 1.0; Psi_q[19] = 1.0; Psi_q[20] = 0.0; Psi_q[21] = 0.0; Psi_q[22] = 0.0;
+    Psi_q[23] = 0.0; Psi_q[36] = 0.0; Psi_q[49] = 0.0; Psi_q[50] = 1.0; Psi_q[61] = 1.0;
+    Psi_q[72] = 1.0; Psi_q[73] = -0.01; Psi_q[86] = 0.0; Psi_q[87] = 0.0; Psi_q[88] = 0.0;
+    Psi_q[89] = 0.0;
 }
 
 /*
@@ -389,7 +384,6 @@ void screw_drive_inverse_dynamics(const double q[1], const double v[1], const do
 {
     (void)q;
     (void)v;
-    /* force: nut */
     tau[0] = 0.002 * a[0] + 0.05 * (9.81 + 0.01 * a[0]);
 }
 
@@ -402,7 +396,7 @@ void screw_drive_forward_dynamics(const double q[1], const double v[1], const do
 {
     (void)q;
     (void)v;
-    /* solve: outward */
+    /* solve */
     a[0] = 400.0 * (tau[0] - 0.4905);
 }
 

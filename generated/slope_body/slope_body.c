@@ -248,14 +248,7 @@ void slope_body_velocity_transformation_rate(const double q[3], const double v[3
     Rdot[11] = t3 * (k3 * cos_q2) - t2 * (t1 - (t1 + k4 * cos_q2));
     Rdot[8] = -(k1 * (t3 * t4) + k2 * (t2 * t4));
     /* constant entries */
-    Rdot[0] = 0.0;
-    Rdot[1] = 0.0;
-    Rdot[2] = 0.0;
-    Rdot[3] = 0.0;
-    Rdot[4] = 0.0;
-    Rdot[5] = 0.0;
-    Rdot[6] = 0.0;
-    Rdot[7] = 0.0;
+    for (int i = 0; i < 8; ++i) Rdot[i] = 0;
     Rdot[9] = 0.0;
     Rdot[10] = 0.0;
 }
@@ -310,15 +303,7 @@ void slope_body_coriolis_matrix(const double q[3], const double v[3], double C[9
 {
     (void)q;
     (void)v;
-    C[0] = 0.0;
-    C[1] = 0.0;
-    C[2] = 0.0;
-    C[3] = 0.0;
-    C[4] = 0.0;
-    C[5] = 0.0;
-    C[6] = 0.0;
-    C[7] = 0.0;
-    C[8] = 0.0;
+    for (int i = 0; i < 9; ++i) C[i] = 0;
 }
 
 /*

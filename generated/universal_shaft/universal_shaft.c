@@ -136,12 +136,69 @@ static void sine_cosine(double x, double *s, double *c)
     }
 }
 
-static double cosine(double x)
+#if defined(__GNUC__)
+/* Sines and cosines of count angles (a multiple of four), four at a time; every one has the bits that
+ * sine_cosine gives it when contraction is off, and where one of four is beyond the range, or too
+ * little is left of it, sine_cosine does them. */
+typedef double four __attribute__((vector_size(32)));
+typedef double four_apart __attribute__((vector_size(32), aligned(8), may_alias));
+typedef int64_t four_bits __attribute__((vector_size(32)));
+
+static __attribute__((noinline)) void four_slowly(const double *x, double *s, double *c)
 {
-    double s, c;
-    sine_cosine(x, &s, &c);
-    return c;
+    for (int i = 0; i < 4; ++i) {
+        sine_cosine(x[i], &s[i], &c[i]);
+    }
 }
+
+static void sines_cosines(const double *angles, double *sines, double *cosines, int count)
+{
+    for (int i = 0; i < count; i += 4) {
+        const four x = *(const four_apart *)(angles + i);
+        const four shifted = x * 0.63661977236758134 + 6755399441055744.0;
+        const four n = shifted - 6755399441055744.0;
+        const four r1 = x - n * 1.5707963267923333;
+        const four w2 = n * 2.5633441514780767e-12;
+        const four r2 = r1 - w2;
+        const four w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
+        const four r = r2 - w3;
+        const four t = (r2 - r) - w3;
+        const four z = r * r;
+        const four w = z * z;
+        const four half = 0.5 * z;
+        const four one = 1.0 - half;
+        const four size = (four)((four_bits)x & INT64_MAX);
+        const four least = 1.3877787807814457e-17 * (four)((four_bits)n & INT64_MAX);
+        const four_bits fast = (size <= 1.0e5) & ((four)((four_bits)r & INT64_MAX) >= least);
+        const four_bits turn = (four_bits)shifted;
+        four_bits swap, sine, cosine;
+        four odd, even;
+        odd = (-0.16666666666666630 + 0.0083333333333218407 * z)
+        + w * ((-0.00019841269829358525 + 2.7557313538512764e-6 * z)
+        + w * (-2.5050734389013597e-8 + 1.5895433277812973e-10 * z));
+        even = (0.041666666666666595 - 0.0013888888888873296 * z)
+        + w * ((2.4801587288953846e-5 - 2.7557314198804994e-7 * z)
+        + w * (2.0875702453515863e-9 - 1.1358577036971123e-11 * z));
+        odd = r + (r * z * odd + t * one);
+        even = one + (((1.0 - one) - half) + (w * even - r * t));
+        sine = (four_bits)odd | ((four_bits)x & (x == 0.0));
+        cosine = (four_bits)even;
+        swap = (sine ^ cosine) & -(turn & 1);
+        *(four_apart *)(sines + i) = (four)(sine ^ swap ^ ((turn & 2) << 62));
+        *(four_apart *)(cosines + i) = (four)(cosine ^ swap ^ (((turn + 1) & 2) << 62));
+        if ((fast[0] & fast[1] & fast[2] & fast[3]) == 0) {
+            four_slowly(angles + i, sines + i, cosines + i);
+        }
+    }
+}
+#else
+static void sines_cosines(const double *angles, double *sines, double *cosines, int count)
+{
+    for (int i = 0; i < count; ++i) {
+        sine_cosine(angles[i], &sines[i], &cosines[i]);
+    }
+}
+#endif
 
 /* Constants that no short decimal says exactly, correctly rounded. */
 static const double k1 = 5.4054054054054053; /* 200/37 */
@@ -153,17 +210,20 @@ static const double k1 = 5.4054054054054053; /* 200/37 */
  */
 void universal_shaft_natural_coordinates(const double q[3], double x[18])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
+    const double angles[4] = {q[0], q[1], q[2], 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
+    const double sin_q2 = sines[2];
+    const double cos_q2 = cosines[2];
     x[1] = cos_q0;
     x[6] = cos_q0;
     x[7] = sin_q0;
     x[0] = -sin_q0;
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
     x[11] = sin_q1;
-    double sin_q2, cos_q2;
-    sine_cosine(q[2], &sin_q2, &cos_q2);
     const double t1 = sin_q1 * sin_q2;
     const double t2 = sin_q1 * cos_q2;
     x[17] = -cos_q1 * sin_q2;
@@ -189,60 +249,34 @@ void universal_shaft_natural_coordinates(const double q[3], double x[18])
  */
 void universal_shaft_natural_mass_matrix(double Mn[324])
 {
-    Mn[0] = 0.001; Mn[1] = 0.0; Mn[2] = 0.0; Mn[3] = 0.0; Mn[4] = 0.0; Mn[5] = 0.0; Mn[6] = 0.0;
-    Mn[7] = 0.0; Mn[8] = 0.0; Mn[9] = 0.0; Mn[10] = 0.0; Mn[11] = 0.0; Mn[12] = 0.0; Mn[13] = 0.0;
-    Mn[14] = 0.0; Mn[15] = 0.0; Mn[16] = 0.0; Mn[17] = 0.0; Mn[18] = 0.0; Mn[19] = 0.001;
-    Mn[20] = 0.0; Mn[21] = 0.0; Mn[22] = 0.0; Mn[23] = 0.0; Mn[24] = 0.0; Mn[25] = 0.0;
-    Mn[26] = 0.0; Mn[27] = 0.0; Mn[28] = 0.0; Mn[29] = 0.0; Mn[30] = 0.0; Mn[31] = 0.0;
-    Mn[32] = 0.0; Mn[33] = 0.0; Mn[34] = 0.0; Mn[35] = 0.0; Mn[36] = 0.0; Mn[37] = 0.0;
-    Mn[38] = 0.001; Mn[39] = 0.0; Mn[40] = 0.0; Mn[41] = 0.0; Mn[42] = 0.0; Mn[43] = 0.0;
-    Mn[44] = 0.0; Mn[45] = 0.0; Mn[46] = 0.0; Mn[47] = 0.0; Mn[48] = 0.0; Mn[49] = 0.0;
-    Mn[50] = 0.0; Mn[51] = 0.0; Mn[52] = 0.0; Mn[53] = 0.0; Mn[54] = 0.0; Mn[55] = 0.0;
-    Mn[56] = 0.0; Mn[57] = 1.5; Mn[58] = 0.0; Mn[59] = 0.0; Mn[60] = 0.0; Mn[61] = 0.0;
-    Mn[62] = 0.0; Mn[63] = 0.0; Mn[64] = 0.0; Mn[65] = 0.0; Mn[66] = -0.45; Mn[67] = 0.0;
-    Mn[68] = 0.0; Mn[69] = 0.0; Mn[70] = 0.0; Mn[71] = 0.0; Mn[72] = 0.0; Mn[73] = 0.0;
-    Mn[74] = 0.0; Mn[75] = 0.0; Mn[76] = 1.5; Mn[77] = 0.0; Mn[78] = 0.0; Mn[79] = 0.0;
-    Mn[80] = 0.0; Mn[81] = 0.0; Mn[82] = 0.0; Mn[83] = 0.0; Mn[84] = 0.0; Mn[85] = -0.45;
-    Mn[86] = 0.0; Mn[87] = 0.0; Mn[88] = 0.0; Mn[89] = 0.0; Mn[90] = 0.0; Mn[91] = 0.0;
-    Mn[92] = 0.0; Mn[93] = 0.0; Mn[94] = 0.0; Mn[95] = 1.5; Mn[96] = 0.0; Mn[97] = 0.0;
-    Mn[98] = 0.0; Mn[99] = 0.0; Mn[100] = 0.0; Mn[101] = 0.0; Mn[102] = 0.0; Mn[103] = 0.0;
-    Mn[104] = -0.45; Mn[105] = 0.0; Mn[106] = 0.0; Mn[107] = 0.0; Mn[108] = 0.0; Mn[109] = 0.0;
-    Mn[110] = 0.0; Mn[111] = 0.0; Mn[112] = 0.0; Mn[113] = 0.0; Mn[114] = 0.001; Mn[115] = 0.0;
-    Mn[116] = 0.0; Mn[117] = 0.0; Mn[118] = 0.0; Mn[119] = 0.0; Mn[120] = 0.0; Mn[121] = 0.0;
-    Mn[122] = 0.0; Mn[123] = 0.0; Mn[124] = 0.0; Mn[125] = 0.0; Mn[126] = 0.0; Mn[127] = 0.0;
-    Mn[128] = 0.0; Mn[129] = 0.0; Mn[130] = 0.0; Mn[131] = 0.0; Mn[132] = 0.0; Mn[133] = 0.001;
-    Mn[134] = 0.0; Mn[135] = 0.0; Mn[136] = 0.0; Mn[137] = 0.0; Mn[138] = 0.0; Mn[139] = 0.0;
-    Mn[140] = 0.0; Mn[141] = 0.0; Mn[142] = 0.0; Mn[143] = 0.0; Mn[144] = 0.0; Mn[145] = 0.0;
-    Mn[146] = 0.0; Mn[147] = 0.0; Mn[148] = 0.0; Mn[149] = 0.0; Mn[150] = 0.0; Mn[151] = 0.0;
-    Mn[152] = 0.001; Mn[153] = 0.0; Mn[154] = 0.0; Mn[155] = 0.0; Mn[156] = 0.0; Mn[157] = 0.0;
-    Mn[158] = 0.0; Mn[159] = 0.0; Mn[160] = 0.0; Mn[161] = 0.0; Mn[162] = 0.0; Mn[163] = 0.0;
-    Mn[164] = 0.0; Mn[165] = 0.0; Mn[166] = 0.0; Mn[167] = 0.0; Mn[168] = 0.0; Mn[169] = 0.0;
-    Mn[170] = 0.0; Mn[171] = 0.0015; Mn[172] = 0.0; Mn[173] = 0.0; Mn[174] = 0.0; Mn[175] = 0.0;
-    Mn[176] = 0.0; Mn[177] = 0.0; Mn[178] = 0.0; Mn[179] = 0.0; Mn[180] = 0.0; Mn[181] = 0.0;
-    Mn[182] = 0.0; Mn[183] = 0.0; Mn[184] = 0.0; Mn[185] = 0.0; Mn[186] = 0.0; Mn[187] = 0.0;
-    Mn[188] = 0.0; Mn[189] = 0.0; Mn[190] = 0.0015; Mn[191] = 0.0; Mn[192] = 0.0; Mn[193] = 0.0;
-    Mn[194] = 0.0; Mn[195] = 0.0; Mn[196] = 0.0; Mn[197] = 0.0; Mn[198] = 0.0; Mn[199] = 0.0;
-    Mn[200] = 0.0; Mn[201] = 0.0; Mn[202] = 0.0; Mn[203] = 0.0; Mn[204] = 0.0; Mn[205] = 0.0;
-    Mn[206] = 0.0; Mn[207] = 0.0; Mn[208] = 0.0; Mn[209] = 0.0015; Mn[210] = 0.0; Mn[211] = 0.0;
-    Mn[212] = 0.0; Mn[213] = 0.0; Mn[214] = 0.0; Mn[215] = 0.0; Mn[216] = 0.0; Mn[217] = 0.0;
-    Mn[218] = 0.0; Mn[219] = -0.45; Mn[220] = 0.0; Mn[221] = 0.0; Mn[222] = 0.0; Mn[223] = 0.0;
-    Mn[224] = 0.0; Mn[225] = 0.0; Mn[226] = 0.0; Mn[227] = 0.0; Mn[228] = 0.1835; Mn[229] = 0.0;
-    Mn[230] = 0.0; Mn[231] = 0.0; Mn[232] = 0.0; Mn[233] = 0.0; Mn[234] = 0.0; Mn[235] = 0.0;
-    Mn[236] = 0.0; Mn[237] = 0.0; Mn[238] = -0.45; Mn[239] = 0.0; Mn[240] = 0.0; Mn[241] = 0.0;
-    Mn[242] = 0.0; Mn[243] = 0.0; Mn[244] = 0.0; Mn[245] = 0.0; Mn[246] = 0.0; Mn[247] = 0.1835;
-    Mn[248] = 0.0; Mn[249] = 0.0; Mn[250] = 0.0; Mn[251] = 0.0; Mn[252] = 0.0; Mn[253] = 0.0;
-    Mn[254] = 0.0; Mn[255] = 0.0; Mn[256] = 0.0; Mn[257] = -0.45; Mn[258] = 0.0; Mn[259] = 0.0;
-    Mn[260] = 0.0; Mn[261] = 0.0; Mn[262] = 0.0; Mn[263] = 0.0; Mn[264] = 0.0; Mn[265] = 0.0;
-    Mn[266] = 0.1835; Mn[267] = 0.0; Mn[268] = 0.0; Mn[269] = 0.0; Mn[270] = 0.0; Mn[271] = 0.0;
-    Mn[272] = 0.0; Mn[273] = 0.0; Mn[274] = 0.0; Mn[275] = 0.0; Mn[276] = 0.0; Mn[277] = 0.0;
-    Mn[278] = 0.0; Mn[279] = 0.0; Mn[280] = 0.0; Mn[281] = 0.0; Mn[282] = 0.0; Mn[283] = 0.0;
-    Mn[284] = 0.0; Mn[285] = 0.0015; Mn[286] = 0.0; Mn[287] = 0.0; Mn[288] = 0.0; Mn[289] = 0.0;
-    Mn[290] = 0.0; Mn[291] = 0.0; Mn[292] = 0.0; Mn[293] = 0.0; Mn[294] = 0.0; Mn[295] = 0.0;
-    Mn[296] = 0.0; Mn[297] = 0.0; Mn[298] = 0.0; Mn[299] = 0.0; Mn[300] = 0.0; Mn[301] = 0.0;
-    Mn[302] = 0.0; Mn[303] = 0.0; Mn[304] = 0.0015; Mn[305] = 0.0; Mn[306] = 0.0; Mn[307] = 0.0;
-    Mn[308] = 0.0; Mn[309] = 0.0; Mn[310] = 0.0; Mn[311] = 0.0; Mn[312] = 0.0; Mn[313] = 0.0;
-    Mn[314] = 0.0; Mn[315] = 0.0; Mn[316] = 0.0; Mn[317] = 0.0; Mn[318] = 0.0; Mn[319] = 0.0;
-    Mn[320] = 0.0; Mn[321] = 0.0; Mn[322] = 0.0; Mn[323] = 0.0015;
+    for (int i = 1; i < 19; ++i) Mn[i] = 0;
+    for (int i = 20; i < 38; ++i) Mn[i] = 0;
+    for (int i = 39; i < 57; ++i) Mn[i] = 0;
+    for (int i = 58; i < 66; ++i) Mn[i] = 0;
+    for (int i = 67; i < 76; ++i) Mn[i] = 0;
+    for (int i = 77; i < 85; ++i) Mn[i] = 0;
+    for (int i = 86; i < 95; ++i) Mn[i] = 0;
+    for (int i = 96; i < 104; ++i) Mn[i] = 0;
+    for (int i = 105; i < 114; ++i) Mn[i] = 0;
+    for (int i = 115; i < 133; ++i) Mn[i] = 0;
+    for (int i = 134; i < 152; ++i) Mn[i] = 0;
+    for (int i = 153; i < 171; ++i) Mn[i] = 0;
+    for (int i = 172; i < 190; ++i) Mn[i] = 0;
+    for (int i = 191; i < 209; ++i) Mn[i] = 0;
+    for (int i = 210; i < 219; ++i) Mn[i] = 0;
+    for (int i = 220; i < 228; ++i) Mn[i] = 0;
+    for (int i = 229; i < 238; ++i) Mn[i] = 0;
+    for (int i = 239; i < 247; ++i) Mn[i] = 0;
+    for (int i = 248; i < 257; ++i) Mn[i] = 0;
+    for (int i = 258; i < 266; ++i) Mn[i] = 0;
+    for (int i = 267; i < 285; ++i) Mn[i] = 0;
+    for (int i = 286; i < 304; ++i) Mn[i] = 0;
+    for (int i = 305; i < 323; ++i) Mn[i] = 0;
+    Mn[0] = 0.001; Mn[19] = 0.001; Mn[38] = 0.001; Mn[57] = 1.5; Mn[66] = -0.45; Mn[76] = 1.5;
+    Mn[85] = -0.45; Mn[95] = 1.5; Mn[104] = -0.45; Mn[114] = 0.001; Mn[133] = 0.001;
+    Mn[152] = 0.001; Mn[171] = 0.0015; Mn[190] = 0.0015; Mn[209] = 0.0015; Mn[219] = -0.45;
+    Mn[228] = 0.1835; Mn[238] = -0.45; Mn[247] = 0.1835; Mn[257] = -0.45; Mn[266] = 0.1835;
+    Mn[285] = 0.0015; Mn[304] = 0.0015; Mn[323] = 0.0015;
 }
 
 /*
@@ -252,12 +286,15 @@ void universal_shaft_natural_mass_matrix(double Mn[324])
  */
 void universal_shaft_constraints(const double q[3], double Psi[15])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
-    double sin_q2, cos_q2;
-    sine_cosine(q[2], &sin_q2, &cos_q2);
+    const double angles[4] = {q[0], q[1], q[2], 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
+    const double sin_q2 = sines[2];
+    const double cos_q2 = cosines[2];
     const double t1 = sin_q1 * sin_q2;
     const double t2 = sin_q1 * cos_q2;
     const double t3 = cos_q1 * sin_q2;
@@ -294,21 +331,24 @@ void universal_shaft_constraints(const double q[3], double Psi[15])
  */
 void universal_shaft_constraint_jacobian(const double q[3], double Psi_q[270])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
+    const double angles[4] = {q[0], q[1], q[2], 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
+    const double sin_q2 = sines[2];
+    const double cos_q2 = cosines[2];
     Psi_q[54] = cos_q0;
     Psi_q[61] = cos_q0;
     Psi_q[261] = cos_q0;
     Psi_q[55] = sin_q0;
     Psi_q[262] = sin_q0;
     Psi_q[60] = -sin_q0;
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
     Psi_q[176] = sin_q1;
     Psi_q[197] = sin_q1;
     Psi_q[260] = sin_q1;
-    double sin_q2, cos_q2;
-    sine_cosine(q[2], &sin_q2, &cos_q2);
     const double t1 = sin_q1 * sin_q2;
     const double t2 = sin_q1 * cos_q2;
     const double t3 = cos_q1 * sin_q2;
@@ -355,52 +395,25 @@ void universal_shaft_constraint_jacobian(const double q[3], double Psi_q[270])
     Psi_q[250] = 2.0 * t10;
     Psi_q[251] = -2.0 * t3;
     /* constant entries */
-    Psi_q[0] = 0.0; Psi_q[1] = 0.0; Psi_q[2] = 1.0; Psi_q[3] = 0.0; Psi_q[4] = 0.0; Psi_q[5] = 0.0;
-    Psi_q[6] = 0.0; Psi_q[7] = 0.0; Psi_q[8] = 0.0; Psi_q[9] = 0.0; Psi_q[10] = 0.0;
-    Psi_q[11] = 0.0; Psi_q[12] = 0.0; Psi_q[13] = 0.0; Psi_q[14] = 0.0; Psi_q[15] = 0.0;
-    Psi_q[16] = 0.0; Psi_q[17] = 0.0; Psi_q[18] = 0.0; Psi_q[19] = 0.0; Psi_q[20] = 0.0;
-    Psi_q[21] = 0.0; Psi_q[22] = 0.0; Psi_q[23] = 0.0; Psi_q[24] = 0.0; Psi_q[25] = 0.0;
-    Psi_q[26] = 1.0; Psi_q[27] = 0.0; Psi_q[28] = 0.0; Psi_q[29] = 0.0; Psi_q[30] = 0.0;
-    Psi_q[31] = 0.0; Psi_q[32] = 0.0; Psi_q[33] = 0.0; Psi_q[34] = 0.0; Psi_q[35] = 0.0;
-    Psi_q[38] = 0.0; Psi_q[39] = 0.0; Psi_q[40] = 0.0; Psi_q[41] = 0.0; Psi_q[42] = 0.0;
-    Psi_q[43] = 0.0; Psi_q[44] = 0.0; Psi_q[45] = 0.0; Psi_q[46] = 0.0; Psi_q[47] = 0.0;
-    Psi_q[48] = 0.0; Psi_q[49] = 0.0; Psi_q[50] = 0.0; Psi_q[51] = 0.0; Psi_q[52] = 0.0;
-    Psi_q[53] = 0.0; Psi_q[56] = 0.0; Psi_q[57] = 0.0; Psi_q[58] = 0.0; Psi_q[59] = 0.0;
-    Psi_q[62] = 0.0; Psi_q[63] = 0.0; Psi_q[64] = 0.0; Psi_q[65] = 0.0; Psi_q[66] = 0.0;
-    Psi_q[67] = 0.0; Psi_q[68] = 0.0; Psi_q[69] = 0.0; Psi_q[70] = 0.0; Psi_q[71] = 0.0;
-    Psi_q[72] = 0.0; Psi_q[73] = 0.0; Psi_q[74] = 0.0; Psi_q[75] = 0.0; Psi_q[76] = 0.0;
-    Psi_q[77] = 0.0; Psi_q[80] = 0.0; Psi_q[81] = 0.0; Psi_q[82] = 0.0; Psi_q[83] = 0.0;
-    Psi_q[84] = 0.0; Psi_q[85] = 0.0; Psi_q[86] = 0.0; Psi_q[87] = 0.0; Psi_q[88] = 0.0;
-    Psi_q[89] = 0.0; Psi_q[90] = 0.0; Psi_q[91] = 0.0; Psi_q[92] = 0.0; Psi_q[93] = 1.0;
-    Psi_q[94] = 0.0; Psi_q[95] = 0.0; Psi_q[96] = 0.0; Psi_q[97] = 0.0; Psi_q[98] = 0.0;
-    Psi_q[99] = 0.0; Psi_q[100] = 0.0; Psi_q[101] = 0.0; Psi_q[102] = 0.0; Psi_q[103] = 0.0;
-    Psi_q[104] = 0.0; Psi_q[105] = 0.0; Psi_q[106] = 0.0; Psi_q[107] = 0.0; Psi_q[108] = 0.0;
-    Psi_q[109] = 0.0; Psi_q[110] = 0.0; Psi_q[111] = 0.0; Psi_q[112] = 1.0; Psi_q[113] = 0.0;
-    Psi_q[114] = 0.0; Psi_q[115] = 0.0; Psi_q[116] = 0.0; Psi_q[117] = 0.0; Psi_q[118] = 0.0;
-    Psi_q[119] = 0.0; Psi_q[120] = 0.0; Psi_q[121] = 0.0; Psi_q[122] = 0.0; Psi_q[123] = 0.0;
-    Psi_q[124] = 0.0; Psi_q[125] = 0.0; Psi_q[126] = 0.0; Psi_q[127] = 0.0; Psi_q[128] = 0.0;
-    Psi_q[129] = 0.0; Psi_q[130] = 0.0; Psi_q[131] = 1.0; Psi_q[132] = 0.0; Psi_q[133] = 0.0;
-    Psi_q[134] = 0.0; Psi_q[135] = 0.0; Psi_q[136] = 0.0; Psi_q[137] = 0.0; Psi_q[138] = 0.0;
-    Psi_q[139] = 0.0; Psi_q[140] = 0.0; Psi_q[141] = 0.0; Psi_q[142] = 0.0; Psi_q[143] = 0.0;
-    Psi_q[144] = 0.0; Psi_q[145] = 0.0; Psi_q[146] = 0.0; Psi_q[147] = 0.0; Psi_q[148] = 0.0;
-    Psi_q[149] = 0.0; Psi_q[150] = 0.0; Psi_q[151] = 0.0; Psi_q[152] = 0.0; Psi_q[156] = 0.0;
-    Psi_q[157] = 0.0; Psi_q[158] = 0.0; Psi_q[159] = 0.0; Psi_q[160] = 0.0; Psi_q[161] = 0.0;
-    Psi_q[162] = 0.0; Psi_q[163] = 0.0; Psi_q[164] = 0.0; Psi_q[165] = 0.0; Psi_q[166] = 0.0;
-    Psi_q[167] = 0.0; Psi_q[168] = 0.0; Psi_q[169] = 0.0; Psi_q[170] = 0.0; Psi_q[177] = 0.0;
-    Psi_q[178] = 0.0; Psi_q[179] = 0.0; Psi_q[180] = 0.0; Psi_q[181] = 0.0; Psi_q[182] = 0.0;
-    Psi_q[183] = 0.0; Psi_q[184] = 0.0; Psi_q[185] = 0.0; Psi_q[186] = 0.0; Psi_q[187] = 0.0;
-    Psi_q[188] = 0.0; Psi_q[192] = 0.0; Psi_q[193] = 0.0; Psi_q[194] = 0.0; Psi_q[198] = 0.0;
-    Psi_q[199] = 0.0; Psi_q[200] = 0.0; Psi_q[201] = 0.0; Psi_q[202] = 0.0; Psi_q[203] = 0.0;
-    Psi_q[204] = 0.0; Psi_q[205] = 0.0; Psi_q[206] = 0.0; Psi_q[207] = 0.0; Psi_q[208] = 0.0;
-    Psi_q[209] = 0.0; Psi_q[213] = 0.0; Psi_q[214] = 0.0; Psi_q[215] = 0.0; Psi_q[216] = 0.0;
-    Psi_q[217] = 0.0; Psi_q[218] = 0.0; Psi_q[219] = 0.0; Psi_q[220] = 0.0; Psi_q[221] = 0.0;
-    Psi_q[222] = 0.0; Psi_q[223] = 0.0; Psi_q[224] = 0.0; Psi_q[225] = 0.0; Psi_q[226] = 0.0;
-    Psi_q[227] = 0.0; Psi_q[234] = 0.0; Psi_q[235] = 0.0; Psi_q[236] = 0.0; Psi_q[237] = 0.0;
-    Psi_q[238] = 0.0; Psi_q[239] = 0.0; Psi_q[240] = 0.0; Psi_q[241] = 0.0; Psi_q[242] = 0.0;
-    Psi_q[243] = 0.0; Psi_q[244] = 0.0; Psi_q[245] = 0.0; Psi_q[246] = 0.0; Psi_q[247] = 0.0;
-    Psi_q[248] = 0.0; Psi_q[252] = 0.0; Psi_q[253] = 0.0; Psi_q[254] = 0.0; Psi_q[255] = 0.0;
-    Psi_q[256] = 0.0; Psi_q[257] = 0.0; Psi_q[263] = 0.0; Psi_q[264] = 0.0; Psi_q[265] = 0.0;
-    Psi_q[266] = 0.0; Psi_q[267] = 0.0; Psi_q[268] = 0.0; Psi_q[269] = 0.0;
+    for (int i = 3; i < 26; ++i) Psi_q[i] = 0;
+    for (int i = 27; i < 36; ++i) Psi_q[i] = 0;
+    for (int i = 38; i < 54; ++i) Psi_q[i] = 0;
+    for (int i = 62; i < 78; ++i) Psi_q[i] = 0;
+    for (int i = 80; i < 93; ++i) Psi_q[i] = 0;
+    for (int i = 94; i < 112; ++i) Psi_q[i] = 0;
+    for (int i = 113; i < 131; ++i) Psi_q[i] = 0;
+    for (int i = 132; i < 153; ++i) Psi_q[i] = 0;
+    for (int i = 156; i < 171; ++i) Psi_q[i] = 0;
+    for (int i = 177; i < 189; ++i) Psi_q[i] = 0;
+    for (int i = 198; i < 210; ++i) Psi_q[i] = 0;
+    for (int i = 213; i < 228; ++i) Psi_q[i] = 0;
+    for (int i = 234; i < 249; ++i) Psi_q[i] = 0;
+    Psi_q[0] = 0.0; Psi_q[1] = 0.0; Psi_q[2] = 1.0; Psi_q[26] = 1.0; Psi_q[56] = 0.0;
+    Psi_q[57] = 0.0; Psi_q[58] = 0.0; Psi_q[59] = 0.0; Psi_q[93] = 1.0; Psi_q[112] = 1.0;
+    Psi_q[131] = 1.0; Psi_q[192] = 0.0; Psi_q[193] = 0.0; Psi_q[194] = 0.0; Psi_q[252] = 0.0;
+    Psi_q[253] = 0.0; Psi_q[254] = 0.0; Psi_q[255] = 0.0; Psi_q[256] = 0.0; Psi_q[257] = 0.0;
+    Psi_q[263] = 0.0; Psi_q[264] = 0.0; Psi_q[265] = 0.0; Psi_q[266] = 0.0; Psi_q[267] = 0.0;
+    Psi_q[268] = 0.0; Psi_q[269] = 0.0;
 }
 
 /*
@@ -410,16 +423,19 @@ void universal_shaft_constraint_jacobian(const double q[3], double Psi_q[270])
  */
 void universal_shaft_velocity_transformation(const double q[3], double R[54])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
+    const double angles[4] = {q[0], q[1], q[2], 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
+    const double sin_q2 = sines[2];
+    const double cos_q2 = cosines[2];
     R[21] = cos_q0;
     const double t1 = -sin_q0;
     R[3] = t1;
     R[18] = t1;
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
-    double sin_q2, cos_q2;
-    sine_cosine(q[2], &sin_q2, &cos_q2);
     const double t2 = sin_q1 * sin_q2;
     const double t3 = sin_q1 * cos_q2;
     const double t4 = cos_q1 * sin_q2;
@@ -453,10 +469,10 @@ void universal_shaft_velocity_transformation(const double q[3], double R[54])
     R[50] = sin_q1 * t6 - t4 * t7;
     R[53] = -(t7 * t9 + t6 * t10);
     /* constant entries */
-    R[1] = 0.0; R[2] = 0.0; R[4] = 0.0; R[5] = 0.0; R[6] = 0.0; R[7] = 0.0; R[8] = 0.0; R[9] = 0.0;
-    R[10] = 0.0; R[11] = 0.0; R[12] = 0.0; R[13] = 0.0; R[14] = 0.0; R[15] = 0.0; R[16] = 0.0;
-    R[17] = 0.0; R[19] = 0.0; R[20] = 0.0; R[22] = 0.0; R[23] = 0.0; R[24] = 0.0; R[25] = 0.0;
-    R[26] = 0.0; R[29] = 0.0; R[32] = 0.0; R[33] = 0.0; R[35] = 0.0; R[42] = 0.0; R[51] = 0.0;
+    for (int i = 4; i < 18; ++i) R[i] = 0;
+    R[1] = 0.0; R[2] = 0.0; R[19] = 0.0; R[20] = 0.0; R[22] = 0.0; R[23] = 0.0; R[24] = 0.0;
+    R[25] = 0.0; R[26] = 0.0; R[29] = 0.0; R[32] = 0.0; R[33] = 0.0; R[35] = 0.0; R[42] = 0.0;
+    R[51] = 0.0;
 }
 
 /*
@@ -466,12 +482,15 @@ void universal_shaft_velocity_transformation(const double q[3], double R[54])
  */
 void universal_shaft_velocity_transformation_rate(const double q[3], const double v[3], double Rdot[54])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
-    double sin_q2, cos_q2;
-    sine_cosine(q[2], &sin_q2, &cos_q2);
+    const double angles[4] = {q[0], q[1], q[2], 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
+    const double sin_q2 = sines[2];
+    const double cos_q2 = cosines[2];
     const double t1 = sin_q1 * sin_q2;
     const double t2 = sin_q1 * cos_q2;
     const double t3 = cos_q1 * sin_q2;
@@ -523,11 +542,10 @@ void universal_shaft_velocity_transformation_rate(const double q[3], const doubl
     Rdot[50] = t5 * t18 + t3 * t16 + (t6 * t25 - sin_q1 * t23);
     Rdot[53] = t8 * t16 + t5 * t17 + (t9 * t23 - t6 * t24);
     /* constant entries */
-    Rdot[1] = 0.0; Rdot[2] = 0.0; Rdot[4] = 0.0; Rdot[5] = 0.0; Rdot[6] = 0.0; Rdot[7] = 0.0;
-    Rdot[8] = 0.0; Rdot[9] = 0.0; Rdot[10] = 0.0; Rdot[11] = 0.0; Rdot[12] = 0.0; Rdot[13] = 0.0;
-    Rdot[14] = 0.0; Rdot[15] = 0.0; Rdot[16] = 0.0; Rdot[17] = 0.0; Rdot[19] = 0.0; Rdot[20] = 0.0;
-    Rdot[22] = 0.0; Rdot[23] = 0.0; Rdot[24] = 0.0; Rdot[25] = 0.0; Rdot[26] = 0.0; Rdot[29] = 0.0;
-    Rdot[32] = 0.0; Rdot[33] = 0.0; Rdot[35] = 0.0; Rdot[42] = 0.0; Rdot[51] = 0.0;
+    for (int i = 4; i < 18; ++i) Rdot[i] = 0;
+    Rdot[1] = 0.0; Rdot[2] = 0.0; Rdot[19] = 0.0; Rdot[20] = 0.0; Rdot[22] = 0.0; Rdot[23] = 0.0;
+    Rdot[24] = 0.0; Rdot[25] = 0.0; Rdot[26] = 0.0; Rdot[29] = 0.0; Rdot[32] = 0.0; Rdot[33] = 0.0;
+    Rdot[35] = 0.0; Rdot[42] = 0.0; Rdot[51] = 0.0;
 }
 
 /*
@@ -538,12 +556,15 @@ void universal_shaft_velocity_transformation_rate(const double q[3], const doubl
  */
 void universal_shaft_natural_bias_acceleration(const double q[3], const double v[3], double xddot_bias[18])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
-    double sin_q2, cos_q2;
-    sine_cosine(q[2], &sin_q2, &cos_q2);
+    const double angles[4] = {q[0], q[1], q[2], 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
+    const double sin_q2 = sines[2];
+    const double cos_q2 = cosines[2];
     const double t1 = sin_q1 * sin_q2;
     const double t2 = sin_q1 * cos_q2;
     const double t3 = cos_q1 * sin_q2;
@@ -602,10 +623,13 @@ void universal_shaft_natural_bias_acceleration(const double q[3], const double v
  */
 void universal_shaft_mass_matrix(const double q[3], double M[9])
 {
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
-    double sin_q2, cos_q2;
-    sine_cosine(q[2], &sin_q2, &cos_q2);
+    const double angles[4] = {q[1], q[2], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q1 = sines[0];
+    const double cos_q1 = cosines[0];
+    const double sin_q2 = sines[1];
+    const double cos_q2 = cosines[1];
     /* composite inertia: output */
     const double t1 = 0.182 * cos_q2;
     const double t2 = cos_q2 * t1;
@@ -635,10 +659,13 @@ void universal_shaft_mass_matrix(const double q[3], double M[9])
  */
 void universal_shaft_coriolis_matrix(const double q[3], const double v[3], double C[9])
 {
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
-    double sin_q2, cos_q2;
-    sine_cosine(q[2], &sin_q2, &cos_q2);
+    const double angles[4] = {q[1], q[2], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q1 = sines[0];
+    const double cos_q1 = cosines[0];
+    const double sin_q2 = sines[1];
+    const double cos_q2 = cosines[1];
     /* velocity: output_1 */
     const double t1 = v[0] * sin_q1;
     const double t2 = v[0] * cos_q1;
@@ -685,10 +712,13 @@ void universal_shaft_coriolis_matrix(const double q[3], const double v[3], doubl
  */
 void universal_shaft_gravity_force(const double q[3], double g[3])
 {
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
-    double sin_q2, cos_q2;
-    sine_cosine(q[2], &sin_q2, &cos_q2);
+    const double angles[4] = {q[1], q[2], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q1 = sines[0];
+    const double cos_q1 = cosines[0];
+    const double sin_q2 = sines[1];
+    const double cos_q2 = cosines[1];
     /* gravity: output_1 */
     g[1] = 9.81 * sin_q1 * (0.45 * cos_q2);
     /* gravity: output */
@@ -717,10 +747,13 @@ void universal_shaft_passive_force(const double q[3], const double v[3], double 
  */
 void universal_shaft_bias_force(const double q[3], const double v[3], double h[3])
 {
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
-    double sin_q2, cos_q2;
-    sine_cosine(q[2], &sin_q2, &cos_q2);
+    const double angles[4] = {q[1], q[2], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q1 = sines[0];
+    const double cos_q1 = cosines[0];
+    const double sin_q2 = sines[1];
+    const double cos_q2 = cosines[1];
     /* motion: output_1 */
     const double w_output_1_x = v[0] * sin_q1;
     const double w_output_1_y = v[0] * cos_q1;
@@ -753,10 +786,13 @@ void universal_shaft_bias_force(const double q[3], const double v[3], double h[3
  */
 void universal_shaft_inverse_dynamics(const double q[3], const double v[3], const double a[3], double tau[3])
 {
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
-    double sin_q2, cos_q2;
-    sine_cosine(q[2], &sin_q2, &cos_q2);
+    const double angles[4] = {q[1], q[2], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q1 = sines[0];
+    const double cos_q1 = cosines[0];
+    const double sin_q2 = sines[1];
+    const double cos_q2 = cosines[1];
     /* motion: output_1 */
     const double w_output_1_x = v[0] * sin_q1;
     const double w_output_1_y = v[0] * cos_q1;
@@ -793,10 +829,13 @@ void universal_shaft_inverse_dynamics(const double q[3], const double v[3], cons
  */
 void universal_shaft_forward_dynamics(const double q[3], const double v[3], const double tau[3], double a[3])
 {
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
-    double sin_q2, cos_q2;
-    sine_cosine(q[2], &sin_q2, &cos_q2);
+    const double angles[4] = {q[1], q[2], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q1 = sines[0];
+    const double cos_q1 = cosines[0];
+    const double sin_q2 = sines[1];
+    const double cos_q2 = cosines[1];
     /* motion: output_1 */
     const double w_output_1_x = v[0] * sin_q1;
     const double w_output_1_y = v[0] * cos_q1;
@@ -852,10 +891,13 @@ void universal_shaft_forward_dynamics(const double q[3], const double v[3], cons
  */
 void universal_shaft_kinetic_energy(const double q[3], const double v[3], double T[1])
 {
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
-    double sin_q2, cos_q2;
-    sine_cosine(q[2], &sin_q2, &cos_q2);
+    const double angles[4] = {q[1], q[2], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q1 = sines[0];
+    const double cos_q1 = cosines[0];
+    const double sin_q2 = sines[1];
+    const double cos_q2 = cosines[1];
     /* velocity: output_1 */
     const double t1 = v[0] * cos_q1;
     /* velocity: output */
@@ -873,8 +915,11 @@ void universal_shaft_kinetic_energy(const double q[3], const double v[3], double
  */
 void universal_shaft_potential_energy(const double q[3], double V[1])
 {
-    const double cos_q1 = cosine(q[1]);
-    const double cos_q2 = cosine(q[2]);
+    const double angles[4] = {q[1], q[2], 0.0, 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double cos_q1 = cosines[0];
+    const double cos_q2 = cosines[1];
     V[0] = 0.25 * (q[1] * q[1] + q[2] * q[2]) - 9.81 * (0.4 + cos_q1 * (0.45 * cos_q2));
 }
 
@@ -897,13 +942,16 @@ void universal_shaft_integrate(const double q[3], const double v[3], double dt, 
  */
 void universal_shaft_frame_pose_tip(const double q[3], double pose[16])
 {
-    double sin_q0, cos_q0;
-    sine_cosine(q[0], &sin_q0, &cos_q0);
-    double sin_q1, cos_q1;
-    sine_cosine(q[1], &sin_q1, &cos_q1);
+    const double angles[4] = {q[0], q[1], q[2], 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
+    const double sin_q2 = sines[2];
+    const double cos_q2 = cosines[2];
     pose[9] = sin_q1;
-    double sin_q2, cos_q2;
-    sine_cosine(q[2], &sin_q2, &cos_q2);
     const double t1 = sin_q1 * sin_q2;
     const double t2 = sin_q1 * cos_q2;
     pose[8] = -cos_q1 * sin_q2;
