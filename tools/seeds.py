@@ -14,6 +14,7 @@ bodies:
     inertia: {ixx: 0.01, iyy: 0.02, izz: 0.02}
     unit_vectors: [[0, 0, 1]]
   - {name: link3, mass: 1, inertia: [1, 1, 1, 0, 0, 0]}
+  - {name: link4, mass: 1}
 joints:
   - {name: j1, type: revolute, parent: ground, child: link1, axis: [0, 0, 1], origin: {xyz: [0, 0, 0.3], rpy: [0, 0, 1.57]}}
   - name: j2
@@ -26,14 +27,31 @@ joints:
     armature: 1e-3
     limits: {lower: -1, upper: 1.5}
   - {name: j3, type: helical, pitch: 0.01, parent: link1, child: link3, axis: [1, 2, 2]}
+  - {name: j4, type: prismatic, parent: link2, child: link4, axis: [0, 0, 1], mimic: {joint: j1, multiplier: -2, offset: 0.1}}
 forces:
   - {type: spring, name: s, between: [link1, ground], points: [[0, 0, 0], [1, 0, 0]], stiffness: 10, length: 0.5}
   - {type: joint_spring, joint: j1, stiffness: 2, rest: 0}
 frames:
   - {name: tool, body: link2, origin: {xyz: [0, 0, 1]}}
-parameters: [link1.mass, gravity, s.length]
+parameters: [link1.mass, gravity, s.length, j2.rpy, "link[34].*", "*.offset"]
 outputs: [mass_matrix, "frame_pose:tool", {name: both, of: [bias_force, kinetic_energy]}]
 options: {base_velocity: world, precision: double, snap: 1e-6, status: true, batch: true, targets: [c]}
+"""
+
+OVER = """\
+name: over
+model: robot.urdf
+base: floating
+remove: [hand]
+lock: {turn: 0.02}
+bodies:
+  - {name: payload, mass: 3, com: [0, 0, 0.1]}
+joints:
+  - {name: grasp, type: revolute, parent: arm 1, child: payload, axis: [0, 1, 0], origin: {xyz: [0, 0, 0.08]}}
+frames:
+  - {name: tcp, body: payload, origin: {xyz: [0, 0, 0.1]}}
+parameters: ["payload.*", "arm ?.mass"]
+outputs: [mass_matrix, forward_dynamics, "frame_pose:tcp"]
 """
 
 MODEL = """\
@@ -90,5 +108,5 @@ MUJOCO = """\
 </mujoco>
 """
 
-SEEDS = {"good.scene.yaml": SCENE, "good.urdf": MODEL, "good.xml": MUJOCO}
-"""By file name."""
+SEEDS = {"good.scene.yaml": SCENE, "over.scene.yaml": OVER, "good.urdf": MODEL, "good.xml": MUJOCO}
+"""By file name. ``over.scene.yaml`` names ``robot.urdf``, which is the good one."""

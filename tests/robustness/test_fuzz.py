@@ -21,6 +21,12 @@ LIMIT = 5.0
 KINDS = {name: text.encode() for name, text in SEEDS.items() if not name.endswith(".xml")}
 
 
+@pytest.fixture(autouse=True)
+def model(tmp_path: Path) -> None:
+    """What the seed over a model names."""
+    (tmp_path / "robot.urdf").write_text(SEEDS["good.urdf"], encoding="utf-8")
+
+
 def problem(path: Path) -> str:
     return fuzz.check(path, LIMIT).finding
 
@@ -47,7 +53,7 @@ def test_arbitrary_bytes(tmp_path: Path, name: str, data: bytes) -> None:
     assert problem(path) == ""
 
 
-@pytest.mark.parametrize("name", sorted(KINDS))
+@pytest.mark.parametrize("name", ["good.scene.yaml", "good.urdf"])
 def test_every_odd_number_in_one_place(name: str, tmp_path: Path) -> None:
     """The mass, of which a scene that is read must have the value that was written."""
     before, after = {"good.urdf": ('mass value="', '"'), "good.scene.yaml": ("name: link2\n    mass: ", "\n")}[name]
@@ -133,7 +139,7 @@ def test_the_judge_sees_debris(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert fuzz.check_command(path, False, LIMIT).verdict == "generate 2"
     monkeypatch.setattr(fuzz, "run", debris)
     assert fuzz.check_command(path, False, LIMIT).finding == "a folder without success"
-    assert list(tmp_path.iterdir()) == [path]
+    assert {left.name for left in tmp_path.iterdir()} == {path.name, "robot.urdf"}
 
 
 def test_the_same_seed_gives_the_same_input() -> None:
