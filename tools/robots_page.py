@@ -32,7 +32,9 @@ MJCF; Cassie: the spanning tree of its SDF). Walking robots stand on a floating 
 Differences are to Pinocchio, ‖x − x̂‖∞/‖x̂‖∞, the worst of a few random states, of compiled C. Those of second
 derivatives are about the accuracy of the differences they are compared with. Seconds are CPU seconds: derive, emit and
 certify all functions, one by one (every one is certified against its literal definition, or it would not be here), and
-gcc -O2 of those that it compiles within the limit of the run (long functions without branches take it long).
+gcc -O2 of those that it compiles within the limit of the run (long functions without branches take it long; the others
+are compared at -O0). A dash: not made, or not compared, within the limits. Rows were measured with versions that differ
+by a few commits.
 """
 
 
@@ -48,11 +50,11 @@ def overview(robot: Record) -> list[str]:
     functions = robot["functions"]
     made = sum(f.get(key) or 0 for f in functions for key in ("derive_s", "emit_s", "certify_s"))
     compiled = sum(f.get("compile_O2_s") or 0 for f in functions)
-    slow = [f["output"] for f in functions if "flops" in f and f.get("compile_O2_s") is None]
+    slow = sorted(f["note"] for f in functions if "note" in f and "flops" in f and f.get("compile_O2_s") is None)[::-1]
     failed = [f"{f['output']}: {f['error']}" for f in functions if "error" in f]
     conditions = [f["remark"] for f in functions if (f.get("difference") or 0) > 1e-12 and "condition" in f["remark"]]
     notes = [robot.get("note") or "", robot["error"], *failed]
-    notes += [f"-O2 beyond the limit: {len(slow)}"] if slow else []
+    notes += [f"{slow[0].replace('-O0', '-O2')} for {len(slow)} functions"] if slow else []
     notes += (
         [f"{conditions[0][conditions[0].index('condition') :]} where the differences are largest"] if conditions else []
     )
