@@ -6,9 +6,11 @@ import ctypes
 import math
 import re
 import subprocess
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
 from shutil import which
 from typing import Any
@@ -18,11 +20,15 @@ import pytest
 
 from symgen.algebra.field import NotInField, Residue
 from symgen.errors import CertificateError
+from symgen.generate import generate_files
 from symgen.program.evaluate import evaluate_all
 from symgen.program.graph import Graph, extract
 from symgen.program.instructions import Port, Program
+from symgen.scene.load import load
+from symgen.system import derive
 from symgen.targets.c import Emitted, emit_c, read_back
 from symgen.targets.c.batch import fits
+from symgen.targets.c.vector_order import spread_divisions
 from tests.targets.programs import (
     COMPILERS,
     STRICT,
@@ -400,3 +406,51 @@ def test_long_batches_are_split(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     moved = replace(emitted, files={**emitted.files, "demo_batch_1.c": emitted.files["demo_batch_2.c"]})
     with pytest.raises(CertificateError):
         read_back(moved)
+
+
+def test_functions_too_long_for_compilers_run_state_by_state(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("symgen.targets.c.batch.LONGEST", 12)
+    emitted = emit_c("demo", programs(), info(batch=True))
+    read = read_back(emitted)
+    assert "wide" not in read.vectors and "mass_matrix" in read.vectors
+    assert "demo_wide_soa" in emitted.files["demo_batch.c"]
+
+
+def test_divisions_are_spread() -> None:
+    """What needs no quotient stands between them; the program stays the same function."""
+    g = Graph()
+    q, tau = g.inputs("q", 4), g.inputs("tau", 4)
+    free: Any = 0
+    for k in range(40):
+        free = (free + tau[k % 4]) * tau[(k + 1) % 4]
+    x: Any = q[0]
+    for k in range(1, 4):
+        x = q[k] + g.const(Fraction(1)) / (x * x + 1)
+    program = extract(g, "chain", (Port("q", (4,)), Port("tau", (4,))), (Port("y", ()),), [[x + free]])
+    moved = spread_divisions(program)
+    places = [k for k, instruction in enumerate(moved.instructions) if instruction.op == "div"]
+    assert len(places) == 3 and min(b - a for a, b in pairwise(places)) > 15
+    assert sorted(i.op for i in moved.instructions) == sorted(i.op for i in program.instructions)
+    assert all(k < n for n, instruction in enumerate(moved.instructions) for k in instruction.args)
+    numbers, inputs = point(program)
+    assert expected(moved, numbers, inputs) == expected(program, numbers, inputs)
+    assert spread_divisions(wide()) == wide()
+
+
+def test_generation_refuses_wrong_vectors(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One sign in the statements over vectors, the scalar file as it should be."""
+    scene = load(Path(__file__).parents[2] / "examples/double_pendulum.scene.yaml")
+    scene = replace(scene, options=replace(scene.options, batch=True, targets=("c",)))
+
+    def tampered(*arguments: Any) -> Emitted:
+        emitted = emit_c(*arguments)
+        text = emitted.files["double_pendulum_batch.c"]
+        line = next(line for line in text.splitlines() if line.startswith("    OUT(M, 0) = "))
+        assert " + " in line
+        return changed(emitted, text.replace(line, line.replace(" + ", " - ")), "double_pendulum_batch.c")
+
+    generated = generate_files(derive(scene), lambda done, total, what: None)
+    assert "(C, C on vectors)" in generated.certificates["mass_matrix"].method
+    monkeypatch.setattr(sys.modules["symgen.generate"], "emit_c", tampered)  # symgen.generate is the function
+    with pytest.raises(CertificateError, match="the emitted C on vectors is not mass_matrix"):
+        generate_files(derive(scene), lambda done, total, what: None)

@@ -21,6 +21,8 @@ from symgen.targets.c.vector import PAIR, VectorBody, is_shared, spelling, vecto
 TILE_LIMIT = 1 << 18
 """Bytes of stack for the inputs and outputs of the widest vectors; a function that needs more runs state by state."""
 WIDEST = 64
+LONGEST = 8000
+"""Lines of a function over vectors; a longer one runs state by state: gcc takes minutes for it, once a width."""
 LINES_PER_FILE = 8000
 """Longer batch files are split between functions: every width compiles all of it."""
 
@@ -114,6 +116,8 @@ def batch_files(
         if not row.batch:
             continue
         vector = vector_body(program, table, pairs, taken) if fits(program) else None
+        if vector and len(vector.lines) > LONGEST:
+            vector = None
         length = len(vector.lines) if vector else 0
         if not groups or lines + length > LINES_PER_FILE:
             groups.append([])
