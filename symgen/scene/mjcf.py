@@ -22,7 +22,7 @@ from symgen.scene.model import GROUND, ZERO3, Body, Frame, Joint, JointSpring, T
 from symgen.scene.models import Model, place
 from symgen.scene.mounts import Mounts, compose
 from symgen.scene.names import identifier
-from symgen.scene.xml import Element
+from symgen.scene.xml import MAX_ELEMENTS, Element
 
 UNNAMED = "MuJoCo Model"
 """What MuJoCo calls a model without a name."""
@@ -36,9 +36,7 @@ def read_mjcf(root: Element, path: Path, floating: bool, mounts: Mounts) -> Mode
     Raises SceneError naming file and element; ToolError when MuJoCo is not installed.
     """
     file = clean(path.name, 120)
-    written = sum(1 for _ in _inside(root, ("body",)))
-    if written > MAX_BODIES:  # MuJoCo would take minutes
-        raise SceneError(f"has {written} bodies; at most {MAX_BODIES} are read", file)
+    _check_size(root, file)
     compiled = compile_mjcf(path, file)
     elements = {"bodies": _by_name(root, ("body",)), "joints": _by_name(root, ("joint", "freejoint"))}
     reader = _Reader(compiled, mounts, file, elements)
@@ -62,6 +60,23 @@ def read_mjcf(root: Element, path: Path, floating: bool, mounts: Mounts) -> Mode
         weld=reader.joints[0].name if len(roots) == 1 and reader.joints[0].type == "fixed" else "",
         elements=elements,
     )
+
+
+def _check_size(root: Element, file: str) -> None:
+    """Raise SceneError for more than MuJoCo makes in seconds; ``replicate`` multiplies what is in it."""
+    bodies = elements = 0
+    waiting = [(element, 1) for element in root.all("worldbody")]
+    while waiting:
+        element, times = waiting.pop()
+        elements += times
+        bodies += times if element.tag == "body" else 0
+        for counted, most, what in ((bodies, MAX_BODIES, "bodies"), (elements, MAX_ELEMENTS, "elements")):
+            if counted > most:
+                raise SceneError(f"has more than {most} {what}", f"{file}:{element.line}")
+        if element.tag == "replicate":
+            count = element.attributes.get("count", "1").strip()[:10]
+            times *= int(count) if count.isascii() and count.isdigit() else 1
+        waiting.extend((child, times) for child in element.children)
 
 
 def _inside(root: Element, tags: tuple[str, ...]) -> Iterator[Element]:
