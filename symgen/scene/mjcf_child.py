@@ -48,9 +48,25 @@ def limit(seconds: int) -> None:
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
+def parsed(path: str) -> Any:
+    """The spec of a file. MuJoCo tells a decoder by the suffix .xml; a text of another name is read where it is."""
+    if path.endswith(".xml"):
+        return mujoco.MjSpec.from_file(path)
+    folder, here = os.path.dirname(path), os.getcwd()
+    with open(path, encoding="utf-8") as stream:
+        text = stream.read()
+    os.chdir(folder)  # what it includes is looked for from here
+    try:
+        spec = mujoco.MjSpec.from_string(text)
+    finally:
+        os.chdir(here)
+    spec.modelfiledir = folder
+    return spec
+
+
 def compiled(path: str, bodies: int = 10_000) -> tuple[Any, Any, Counter[str]]:
     """(spec, model, what the file holds). Only what inertia needs is read from disk; all of it where that fails."""
-    spec = mujoco.MjSpec.from_file(path)
+    spec = parsed(path)
     if len(spec.bodies) > bodies:
         raise RefusedError(f"has {len(spec.bodies)} bodies; at most {bodies} are read")
     held = Counter({label: len(getattr(spec, kind)) for kind, label in COUNTED.items()})
@@ -62,7 +78,7 @@ def compiled(path: str, bodies: int = 10_000) -> tuple[Any, Any, Counter[str]]:
         reason = missing_mesh(spec, str(error))
     if reason:
         raise RefusedError(reason)
-    spec = mujoco.MjSpec.from_file(path)
+    spec = parsed(path)
     return spec, spec.compile(), held
 
 
