@@ -69,6 +69,8 @@ def generate_files(system: System, progress: Progress) -> Generated:
     outputs, targets = system.outputs, system.scene.options.targets
     total = 2 * len(outputs) + 1
     programs: list[Program] = []
+    for output in outputs:
+        system.require(output)
     for done, output in enumerate(outputs):
         progress(done, total, output.name)
         programs.append(system.program(output.name))

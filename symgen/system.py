@@ -92,8 +92,7 @@ class System:
     def _choose(self, name: str, every: bool) -> Choice:
         self.require_tree()
         key = (self.output(name), every)
-        self._require_constraints(key[0])
-        self._require_parameters(key[0])
+        self.require(key[0])
         if not every and (key[0], True) in self._chosen:  # what more was counted changes no choice
             return self._chosen[key[0], True]
         if key not in self._chosen:
@@ -109,6 +108,11 @@ class System:
                 f"{self.scene.source or self.scene.name}: closed loops are not there yet: "
                 f"{loops} closes a loop (cut at {cut}); `symgen show` prints its graph"
             )
+
+    def require(self, output: Output) -> None:
+        """Raises SymgenError for a function that this scene cannot have."""
+        self._require_constraints(output)
+        self._require_parameters(output)
 
     def _require_parameters(self, output: Output) -> None:
         """Raises SceneError for derivatives by parameters that the scene does not have."""

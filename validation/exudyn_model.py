@@ -135,7 +135,11 @@ class Model:
         options.solutionSettings.sensorsWritePeriod = end / samples
         if len(self.mechanism.links) > SPARSE_FROM:
             options.linearSolverType = self.exu.LinearSolverType.EigenSparse
-        success = self.mbs.SolveDynamic(options, solverType=getattr(self.exu.DynamicSolverType, solver))
+        try:
+            success = self.mbs.SolveDynamic(options, solverType=getattr(self.exu.DynamicSolverType, solver))
+        except Exception as error:  # Exudyn's own SolverError is not importable
+            said = " ".join(str(error).split())[:120]
+            raise ToolError(f"Exudyn's {solver} gave up with {steps} steps: {said}") from None
         if success is False:
             raise ToolError(f"Exudyn's {solver} did not converge with {steps} steps")
         found: list[list[Pose]] = [[] for _ in range(samples)]

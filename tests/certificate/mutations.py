@@ -132,7 +132,7 @@ class Bench:
             read = read_back(changed)
             read.check_literals()
             for output, program in zip(self.outputs, self.programs, strict=True):
-                self.certifier.certify(output, program, [_c_candidate(read.functions[program.name], program)])
+                self.certifier.certify(output, program, [_c_candidate(read.functions[program.name], program, "C")])
         except CertificateError:
             return False
         return True
