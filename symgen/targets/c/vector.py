@@ -127,13 +127,13 @@ def scalar_text(place: str, text: str, program: Program, precision: str, trigono
     foreign = _FOREIGN.search(text)
     if foreign:
         raise refuse(f"{foreign[0]!r} is not part of statements over vectors")
-    guards = _REQUIRE.findall(text)
+    guards = [_REACH.sub(entry, guard) for guard in _REQUIRE.findall(text)]
     text = _REQUIRE.sub("", text)
     text = re.sub(r"\breals\b(?= [A-Za-z_])", precision, text)
     text = _SPLAT.sub(r"= \1;", text)
     text = _REACH.sub(entry, text)
     text = _CALL.sub(lambda match: f"{names[match[1]]}(", text)
-    left = _LEFT.search(text)
+    left = _LEFT.search("\n".join([text, *guards]))
     if left:
         raise refuse(f"{left[0]} out of place")
     return text + _tail(program, guards, precision, status)
