@@ -454,3 +454,14 @@ def test_generation_refuses_wrong_vectors(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(sys.modules["symgen.generate"], "emit_c", tampered)  # symgen.generate is the function
     with pytest.raises(CertificateError, match="the emitted C on vectors is not mass_matrix"):
         generate_files(derive(scene), lambda done, total, what: None)
+
+
+def test_a_guard_may_be_an_argument_itself() -> None:
+    """As where the mass of the last, sliding body is a run-time parameter."""
+    graph = Graph()
+    tau, p = graph.inputs("tau", 2), graph.inputs("p", 4)
+    ports = (Port("tau", (2,)), Port("p", (4,))), (Port("a", (1,)),)
+    program = extract(graph, "forward_dynamics", *ports, [[tau[0] / p[3]]], [p[3]])
+    emitted = emit_c("demo", [program], info(batch=True))
+    read_back(emitted)
+    assert "REQUIRE(TILE(p, 3))" in emitted.files["demo_batch.c"]
