@@ -9,12 +9,13 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
-from symgen.algebra.linear import IDENTITY, ZERO, Vec, cross, is_zero, matvec, scale, vadd, vsub
-from symgen.plans.composite import composite_inertias, field_wrench, unit_motions
+from symgen.algebra.linear import ZERO, Vec, cross, is_zero, scale, vadd, vsub
+from symgen.plans.composite import composite_inertias, motions
 from symgen.plans.coriolis import first_moments, link_velocities
+from symgen.plans.fields import Wrench, field_wrench
 from symgen.plans.frames import in_ground, rotations
-from symgen.plans.inertia import Inertia, moment_of_inertia
-from symgen.plans.walk import FREE, Links, Moving
+from symgen.plans.inertia import Inertia
+from symgen.plans.walk import Links, Moving
 
 Scalar = Any
 
@@ -65,14 +66,14 @@ def momentum(links: Links, v: Sequence[Scalar], mass: Scalar) -> Vec:
     return (*linear, *vsub(angular, cross(_per(mass, _in_ground(links, moments)), linear)))
 
 
-def _momenta(links: Links, v: Sequence[Scalar]) -> list[tuple[Vec, Vec]]:
+def _momenta(links: Links, v: Sequence[Scalar]) -> list[Wrench]:
     """(momentum, moment of momentum about the link's origin) of each link with everything beyond it, link axes."""
     start = [
-        _momentum(inertia, at.w, at.v) for inertia, at in zip(links.inertias, link_velocities(links, v), strict=True)
+        field_wrench(inertia, at.w, at.v) for inertia, at in zip(links.inertias, link_velocities(links, v), strict=True)
     ]
     found = list(start)
 
-    def step(at: Moving, here: tuple[Vec, Vec]) -> tuple[Vec, Vec]:
+    def step(at: Moving, here: Wrench) -> Wrench:
         found[at.link.index] = here
         return at.wrench_to_parent(*here) if at.link.parent >= 0 else here
 
@@ -80,38 +81,23 @@ def _momenta(links: Links, v: Sequence[Scalar]) -> list[tuple[Vec, Vec]]:
     return found
 
 
-def _momentum(inertia: Inertia, w: Vec, v: Vec) -> tuple[Vec, Vec]:
-    """p = m v + ω × h and I ω + h × v."""
-    p = vadd(scale(inertia.mass, v), cross(w, inertia.first))
-    return p, vadd(matvec(moment_of_inertia(inertia), w), cross(inertia.first, v))
-
-
 def momentum_matrix(links: Links, mass: Scalar) -> list[list[Scalar]]:
     """A (6, joint velocities): the momentum of everything beyond a joint that moves alone."""
     rows: list[list[Scalar]] = [[0] * links.nv for _ in range(6)]
+    convention = links.values.scene.options.base_velocity
     composites = composite_inertias(links)
     axes, centres = rotations(links, links.moving), _centres(links, composites, mass)
     root = _one_root(links)
     for at in links.moving:
         with links.phase(f"momentum matrix: columns of {at.link.name}"):
             composite, centre = composites[at.link.index], centres[at.link.index]
-            for k, (w, v) in enumerate(_motions(links, at)):
+            for k, (w, v) in enumerate(motions(at, convention)):
                 p, spin = field_wrench(composite, w, v)
                 about = ZERO if at is root and w == ZERO else vsub(spin, cross(centre, p))
                 column = (*in_ground(axes[at.link.index], p), *in_ground(axes[at.link.index], about))
                 for i, value in enumerate(column):
                     rows[i][at.link.v + k] = value
     return rows
-
-
-def _motions(links: Links, at: Moving) -> list[tuple[Vec, Vec]]:
-    """(w, v) of every velocity of a link, link axes."""
-    if at.link.kind != FREE:
-        return unit_motions(at)
-    convention = links.values.scene.options.base_velocity
-    ground = [at.to_link(axis) for axis in IDENTITY]
-    linear, angular = IDENTITY if convention == "body" else ground, ground if convention == "world" else IDENTITY
-    return [(ZERO, axis) for axis in linear] + [(axis, ZERO) for axis in angular]
 
 
 def _centres(links: Links, composites: Sequence[Inertia], mass: Scalar) -> list[Vec]:

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from symgen.algebra.linear import IDENTITY, ZERO, Vec, add, cross, matvec, mul, scale, vadd
+from symgen.algebra.linear import IDENTITY, ZERO, Vec, add, mul
 from symgen.plans import free
-from symgen.plans.inertia import Inertia, moment_of_inertia
+from symgen.plans.fields import Wrench, carried_wrench, field_wrench
+from symgen.plans.inertia import Inertia
 from symgen.plans.walk import BALL, FREE, Links, Moving
 
 Scalar = Any
@@ -29,14 +30,10 @@ def composite_inertias(links: Links) -> list[Inertia]:
     return found
 
 
-def field_wrench(inertia: Inertia, w: Vec, v: Vec) -> tuple[Vec, Vec]:
-    """(force, moment about the origin) of the acceleration field v + w × x: m v + w × h, (tr Σ − Σ) w + h × v."""
-    force = vadd(scale(inertia.mass, v), cross(w, inertia.first))
-    return force, vadd(matvec(moment_of_inertia(inertia), w), cross(inertia.first, v))
-
-
-def unit_motions(at: Moving) -> list[tuple[Vec, Vec]]:
-    """(w, v) in link axes of every joint velocity of a link that is not free."""
+def motions(at: Moving, convention: str) -> list[tuple[Vec, Vec]]:
+    """(w, v) of every velocity of a link's joint: the motion of its origin, link axes."""
+    if at.link.kind == FREE:
+        return free.motions(at, convention)
     if at.link.kind == BALL:
         return [(axis, ZERO) for axis in IDENTITY]
     return [((0, 0, at.angular), (0, 0, at.linear))]
@@ -63,21 +60,17 @@ def mass_matrix(links: Links) -> list[list[Scalar]]:
                 for i, row in enumerate(free.block(at, composite, convention)):
                     m[start + i][start : start + 6] = row
                 continue
-            for k, (w, v) in enumerate(unit_motions(at)):
-                _column(links, m, at, k, field_wrench(composite, w, v))
+            for k, motion in enumerate(motions(at, convention)):
+                _column(links, m, at, k, field_wrench(composite, *motion))
     return m
 
 
-def _column(links: Links, m: list[list[Scalar]], at: Moving, k: int, wrench: tuple[Vec, Vec]) -> None:
+def _column(links: Links, m: list[list[Scalar]], at: Moving, k: int, wrench: Wrench) -> None:
     """Column k of a link's joint: project the wrench on its own joint, then on every joint towards the root."""
     convention = links.values.scene.options.base_velocity
-    force, moment = wrench
     j = at.link.v + k
-    for i, value in enumerate(project(at, force, moment, convention)[: k + 1]):
+    for i, value in enumerate(project(at, *wrench, convention)[: k + 1]):
         m[at.link.v + i][j] = m[j][at.link.v + i] = value
-    here = at
-    for above in links.ancestors(at):
-        force, moment = here.wrench_to_parent(force, moment)
-        for i, value in enumerate(project(above, force, moment, convention)):
+    for above, felt in carried_wrench(links, at, wrench):
+        for i, value in enumerate(project(above, *felt, convention)):
             m[above.link.v + i][j] = m[j][above.link.v + i] = value
-        here = above

@@ -1,8 +1,7 @@
 """Composite plan of the Coriolis matrix C = RᵀMṘ, and of gravity and energies, in body axes.
 
-Column j of Ṙ is, on every body beyond joint j, the field v̇ + ẇ × d + w × ḋ (theory, §3). Its wrench on a composite
-body is linear in (v̇, ẇ, w) with coefficients m, h, Σ and the mass-weighted velocities ∫ρẏ and ∫ρẏdᵀ, ẏ being the
-velocity relative to the link's origin: those are accumulated from the leaves once, and serve every column.
+Column j of Ṙ is, on every body beyond joint j, the field v̇ + ẇ × d + w × ḋ (theory, §3): what composite bodies make of
+such fields is in `symgen.plans.fields`.
 """
 
 from __future__ import annotations
@@ -11,29 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from symgen.algebra.linear import (
-    IDENTITY,
-    ZERO,
-    Mat,
-    Vec,
-    add,
-    cross,
-    dot,
-    madd,
-    matmul,
-    matvec,
-    outer,
-    scale,
-    skew,
-    sub,
-    symmetric,
-    vadd,
-    vneg,
-    vsub,
-)
+from symgen.algebra.linear import IDENTITY, ZERO, Vec, add, cross, dot, scale, sub, vadd, vneg
 from symgen.plans import free
-from symgen.plans.composite import project, unit_motions
-from symgen.plans.inertia import Inertia, moment_of_inertia
+from symgen.plans.composite import composite_inertias, motions, project
+from symgen.plans.fields import Field, carried_functional, carried_wrench, composites, field_wrench
 from symgen.plans.walk import BALL, FREE, Links, Moving
 
 Scalar = Any
@@ -65,122 +45,40 @@ def link_velocities(links: Links, v: Sequence[Scalar]) -> list[Velocity]:
     return links.outward("velocity", Velocity(ZERO, ZERO), step)
 
 
-@dataclass(frozen=True)
-class Streaming:
-    """Composite inertia with its velocity moments about the link's origin: ``first_rate`` = ∫ρẋ and
-    ``second_rate`` = ∫ρẋdᵀ, ẋ the velocity in space."""
-
-    inertia: Inertia
-    first_rate: Vec
-    second_rate: Mat
-
-    def join(self, other: Streaming) -> Streaming:
-        return Streaming(
-            self.inertia.plus(other.inertia),
-            vadd(self.first_rate, other.first_rate),
-            madd(self.second_rate, other.second_rate),
-        )
-
-
-@dataclass(frozen=True)
-class Field:
-    """The acceleration field of one column seen from a link: w, ẇ, and its value a at the link's origin."""
-
-    w: Vec
-    w_rate: Vec
-    a: Vec
-
-
-def _streaming(links: Links, velocities: Sequence[Velocity]) -> list[Streaming]:
-    def own(at: Moving) -> Streaming:
-        inertia, velocity = links.inertias[at.link.index], velocities[at.link.index]
-        spinning = matmul(skew(velocity.w), symmetric(inertia.second))
-        return Streaming(
-            inertia,
-            vadd(scale(inertia.mass, velocity.v), cross(velocity.w, inertia.first)),
-            madd(outer(velocity.v, inertia.first), spinning),
-        )
-
-    start = [own(at) for at in links.moving]
-    found = list(start)
-
-    def step(at: Moving, here: Streaming) -> Streaming:
-        found[at.link.index] = here
-        if at.link.parent < 0:
-            return here
-        first_rate = at.to_parent(here.first_rate)
-        second_rate = madd(at.matrix_to_parent(here.second_rate), outer(first_rate, at.offset))
-        return Streaming(at.inertia_to_parent(here.inertia), first_rate, second_rate)
-
-    links.inward("composite inertia and momentum", start, step, lambda mine, theirs: mine.join(theirs))
-    return found
-
-
-def _field_wrench(composite: Streaming, velocity: Velocity, field: Field) -> tuple[Vec, Vec]:
-    """f = m a + ẇ × h + w × ∫ρẏ;  n = h × a + I ẇ + (tr B − B) w, B = ∫ρẏdᵀ."""
-    h, m = composite.inertia.first, composite.inertia.mass
-    relative = vsub(composite.first_rate, scale(m, velocity.v))
-    b = tuple(vsub(row, scale(x, h)) for row, x in zip(composite.second_rate, velocity.v, strict=True))
-    trace = add(add(b[0][0], b[1][1]), b[2][2])
-    force = vadd(scale(m, field.a), vadd(cross(field.w_rate, h), cross(field.w, relative)))
-    moment = vadd(cross(h, field.a), matvec(moment_of_inertia(composite.inertia), field.w_rate))
-    return force, vadd(moment, vsub(scale(trace, field.w), matvec(b, field.w)))
-
-
 def _own_fields(at: Moving, velocity: Velocity, convention: str) -> list[Field]:
-    """The columns of a link's joint at its own origin: (w, ẇ, v̇) in link axes."""
+    """The columns of Ṙ of a link's joint, as fields about its own origin."""
     if at.link.kind != FREE:
-        return [Field(w, cross(velocity.w, w), cross(velocity.w, v)) for w, v in unit_motions(at)]
+        return [Field(cross(velocity.w, v), cross(velocity.w, w), w) for w, v in motions(at, convention)]
     turning = [cross(velocity.w, axis) for axis in IDENTITY]
-    linear = [Field(ZERO, ZERO, rate if convention == "body" else ZERO) for rate in turning]
+    linear = [Field(rate) if convention == "body" else Field() for rate in turning]
     if convention == "world":
-        return linear + [Field(at.to_link(axis), ZERO, ZERO) for axis in IDENTITY]
-    return linear + [Field(axis, rate, ZERO) for axis, rate in zip(IDENTITY, turning, strict=True)]
+        return linear + [Field(w=at.to_link(axis)) for axis in IDENTITY]
+    return linear + [Field(w_rate=rate, w=axis) for axis, rate in zip(IDENTITY, turning, strict=True)]
 
 
 def coriolis_matrix(links: Links, v: Sequence[Scalar]) -> list[list[Scalar]]:
-    """RᵀMṘ, dense rows."""
+    """RᵀMṘ, dense rows; entries between branches are structural zeros."""
     nv, convention = links.nv, links.values.scene.options.base_velocity
     velocities = link_velocities(links, v)
-    composites = _streaming(links, velocities)
+    spins = [velocity.w for velocity in velocities]
+    bodies = composites(links, composite_inertias(links), spins, v)
+    fields = [_own_fields(at, velocities[at.link.index], convention) for at in links.moving]
     c: list[list[Scalar]] = [[0] * nv for _ in range(nv)]
-    children: list[list[int]] = [[] for _ in links.moving]
     for at in links.moving:
-        if at.link.parent >= 0:
-            children[at.link.parent].append(at.link.index)
-
-    def write(at: Moving, j: int, wrench: tuple[Vec, Vec]) -> None:
-        for i, value in enumerate(project(at, *wrench, convention)):
-            c[at.link.v + i][j] = value
-
-    for at in links.moving:
-        with links.phase(f"Coriolis matrix: columns of {at.link.name}"):
-            for k, field in enumerate(_own_fields(at, velocities[at.link.index], convention)):
-                j = at.link.v + k
-                wrench = _field_wrench(composites[at.link.index], velocities[at.link.index], field)
-                write(at, j, wrench)
-                here = at
-                for above in links.ancestors(at):
-                    wrench = here.wrench_to_parent(*wrench)
-                    write(above, j, wrench)
-                    here = above
-                stack = [(index, field) for index in children[at.link.index]]
-                while stack:
-                    index, seen = stack.pop()
-                    below = links.moving[index]
-                    before, after = velocities[below.link.parent], velocities[index]
-                    moved = _seen_from(below, seen, before, after)
-                    write(below, j, _field_wrench(composites[index], after, moved))
-                    stack.extend((child, moved) for child in children[index])
+        with links.phase(f"Coriolis matrix: columns and rows of {at.link.name}"):
+            body, start = bodies[at.link.index], at.link.v
+            for k, field in enumerate(fields[at.link.index]):
+                wrench = body.wrench(field)
+                for above, felt in ((at, wrench), *carried_wrench(links, at, wrench)):
+                    for i, value in enumerate(project(above, *felt, convention)):
+                        c[above.link.v + i][start + k] = value
+            if at.link.parent < 0:
+                continue
+            for k, motion in enumerate(motions(at, convention)):
+                for above, functional in carried_functional(links, at, body.functional(*motion), spins, v):
+                    for j, field in enumerate(fields[above.link.index]):
+                        c[start + k][above.link.v + j] = functional.of(field)
     return c
-
-
-def _seen_from(at: Moving, field: Field, before: Velocity, after: Velocity) -> Field:
-    """A field of the parent's axes and origin, seen from a link: a moves by ẇ × r + w × (v − v_parent)."""
-    w, w_rate = at.to_link(field.w), at.to_link(field.w_rate)
-    a = at.to_link(vadd(field.a, cross(field.w_rate, at.offset)))
-    gained = vsub(after.v, at.to_link(before.v))
-    return Field(w, w_rate, vadd(a, cross(w, gained)))
 
 
 def gravity_force(links: Links, gravity: Vec) -> list[Scalar]:
@@ -230,7 +128,6 @@ def twice_kinetic_energy(links: Links, v: Sequence[Scalar]) -> Scalar:
     velocities = link_velocities(links, v)
     twice: Scalar = 0
     for inertia, at in zip(links.inertias, velocities, strict=True):
-        p = vadd(scale(inertia.mass, at.v), cross(at.w, inertia.first))
-        spin = vadd(matvec(moment_of_inertia(inertia), at.w), cross(inertia.first, at.v))
+        p, spin = field_wrench(inertia, at.w, at.v)
         twice = add(twice, add(dot(at.v, p), dot(at.w, spin)))
     return twice

@@ -7,11 +7,18 @@ from __future__ import annotations
 
 from typing import Any
 
-from symgen.algebra.linear import IDENTITY, Mat, Vec, cross, scale, transpose, vadd
+from symgen.algebra.linear import IDENTITY, ZERO, Mat, Vec, cross, scale, transpose, vadd
 from symgen.plans.inertia import Inertia, moment_of_inertia
 from symgen.plans.walk import Moving
 
 Scalar = Any
+
+
+def motions(at: Moving, convention: str) -> list[tuple[Vec, Vec]]:
+    """(w, v) of every velocity, link axes."""
+    ground = tuple(at.to_link(axis) for axis in IDENTITY)
+    linear, angular = IDENTITY if convention == "body" else ground, ground if convention == "world" else IDENTITY
+    return [*((ZERO, axis) for axis in linear), *((axis, ZERO) for axis in angular)]
 
 
 def velocity(at: Moving, v: Vec, convention: str) -> tuple[Vec, Vec]:

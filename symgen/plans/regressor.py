@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from symgen.algebra.linear import IDENTITY, ZERO, Mat, Vec, cross, dot, matvec, mul, sub, total, vadd, vecmat, vsub
-from symgen.plans.composite import unit_motions
+from symgen.algebra.linear import Mat, Vec, cross, dot, matvec, mul, sub, total, vadd, vecmat, vsub
+from symgen.plans.composite import motions
 from symgen.plans.recursive import Motion, link_motions, spin_matrix
-from symgen.plans.walk import FREE, Links, Moving
+from symgen.plans.walk import Links, Moving
 
 Scalar = Any
 
@@ -29,7 +29,7 @@ class Column:
 
 def regressor(links: Links, v: Sequence[Scalar], a: Sequence[Scalar], gravity: Vec) -> list[list[Scalar]]:
     """Y (joint velocities, 10 · moving bodies), parameters as in `symgen.literal.regressor`."""
-    motions = link_motions(links, v, a, gravity)
+    motion_of = link_motions(links, v, a, gravity)
     columns = links.outward("motions of the joints", list[Column](), lambda at, above: _columns(links, at, above))
     bodies = len(links.tree.bodies)
     rows: list[list[Scalar]] = [[0] * (10 * bodies) for _ in range(links.nv)]
@@ -37,7 +37,7 @@ def regressor(links: Links, v: Sequence[Scalar], a: Sequence[Scalar], gravity: V
         if not at.link.carries:
             continue
         with links.phase(f"regressor: {at.link.name}"):
-            body, turn = _Body.of(links, at, motions[at.link.index]), links.values.matrix(at.link.axes)
+            body, turn = _Body.of(links, at, motion_of[at.link.index]), links.values.matrix(at.link.axes)
             shift = links.values.vector(at.link.shift)
             for column in columns[at.link.index]:
                 w = matvec(turn, column.w)
@@ -48,19 +48,9 @@ def regressor(links: Links, v: Sequence[Scalar], a: Sequence[Scalar], gravity: V
 
 def _columns(links: Links, at: Moving, above: list[Column]) -> list[Column]:
     """The motions of all joints on the way, in link axes."""
-    found = [Column(c.index, at.to_link(c.w), at.to_link(vadd(c.v, cross(c.w, at.offset)))) for c in above]
-    return found + [Column(at.link.v + k, w, v) for k, (w, v) in enumerate(_own(links, at))]
-
-
-def _own(links: Links, at: Moving) -> list[tuple[Vec, Vec]]:
-    if at.link.kind != FREE:
-        return unit_motions(at)
     convention = links.values.scene.options.base_velocity
-    ground = [at.to_link(axis) for axis in IDENTITY]
-    linear = IDENTITY if convention == "body" else ground
-    return [(ZERO, axis) for axis in linear] + [
-        (axis, ZERO) for axis in (ground if convention == "world" else IDENTITY)
-    ]
+    found = [Column(c.index, at.to_link(c.w), at.to_link(vadd(c.v, cross(c.w, at.offset)))) for c in above]
+    return found + [Column(at.link.v + k, w, v) for k, (w, v) in enumerate(motions(at, convention))]
 
 
 @dataclass(frozen=True)
