@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import random
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +29,20 @@ def emitted(**options: object) -> Emitted:
     return emit_c("demo", [random_program(3, 150, OPERATIONS, "f"), solver()], info(**options))
 
 
-@pytest.mark.parametrize("options", [{}, {"status": True}, {"precision": "float"}, {"trigonometry": "libm"}], ids=str)
+OPTIONS: list[dict[str, object]] = [{}, {"status": True}, {"precision": "float"}, {"trigonometry": "libm"}]
+
+
+@pytest.mark.parametrize("options", OPTIONS, ids=str)
+def test_guards_of_parts(short: None, options: dict[str, object]) -> None:
+    program = random_program(4, 150, ("add", "sub", "mul", "div"), "g")
+    guards = tuple(i for i, step in enumerate(program.instructions) if step.op == "div")
+    found = emit_c("demo", [replace(program, guards=guards)], info(**options))
+    assert "_part1(" in found.files["demo.c"] and "if (!(" in found.files["demo.c"]
+    certify(found)
+    assert read_back(found).functions["g"].guards
+
+
+@pytest.mark.parametrize("options", OPTIONS, ids=str)
 def test_parts_are_one_body(short: None, options: dict[str, object]) -> None:
     found = emitted(**options)
     assert found.files["demo.c"].count("SYMGEN_PART void demo_f") >= 4

@@ -136,7 +136,7 @@ def joined(place: str, symbol: str, real: str, arguments: str, parts: Sequence[t
     text.append(traffic.without(place, body[position:]).removeprefix("\n"))
     if traffic.size != max(1, len(traffic.slots)):
         raise CertificateError(f"{place}: w has another size than what is stored in it")
-    return "\n".join(text)
+    return "\n".join(text).removesuffix("\n")
 
 
 class _Traffic:
