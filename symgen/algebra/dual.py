@@ -66,10 +66,6 @@ def parts(value: Scalar) -> tuple[Scalar, Scalar]:
     return (value.x, value.d) if type(value) is Dual else (value, 0)
 
 
-def value_of(value: Scalar) -> Scalar:
-    return parts(value)[0]
-
-
 def change_of(value: Scalar) -> Scalar:
     return parts(value)[1]
 

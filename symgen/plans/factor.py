@@ -68,10 +68,7 @@ class Factored:
         for k in reversed(range(len(x))):
             for i, ratio in self.rows[k].items():
                 x[i] = sub(x[i], mul(ratio, x[k]))
-        return self.forward([mul(inverse, value) for inverse, value in zip(self.inverse, x, strict=True)])
-
-    def forward(self, x: list[Scalar]) -> list[Scalar]:
-        """L⁻¹ x."""
+        x = [mul(inverse, value) for inverse, value in zip(self.inverse, x, strict=True)]
         for k, row in enumerate(self.rows):
             for i, ratio in row.items():
                 x[k] = sub(x[k], mul(ratio, x[i]))
@@ -111,16 +108,6 @@ def factor(links: Links, matrix: Sequence[Sequence[Scalar]]) -> Factored:
             for j in below[place:]:
                 h[i][j] = sub(h[i][j], mul(ratio, h[k][j]))
     return Factored(tuple(inverse), tuple(pivots), tuple(rows))
-
-
-def solve_ltdl(
-    links: Links, mass_matrix: Sequence[Sequence[Scalar]], b: Sequence[Scalar]
-) -> tuple[list[Scalar], list[Scalar]]:
-    """x and the pivots, which are positive exactly when the mass matrix is positive definite."""
-    with links.phase("factor: LᵀDL"):
-        factored = factor(links, mass_matrix)
-    with links.phase("solve"):
-        return factored.solve(b), list(factored.pivots)
 
 
 class _Articulated:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cached_property
 from typing import Any
 
 from symgen.algebra.linear import Mat, Vec, add, matmul, matvec, mul, scale, vadd
@@ -100,11 +99,6 @@ class Values:
             rotation = self._turn((0, 0, 1), yaw)
             rotation = matmul(rotation, matmul(self._turn((0, 1, 0), pitch), self._turn((1, 0, 0), roll)))
         return rotation, self._read(f"{joint.name}.xyz", joint.origin.translation)
-
-    @cached_property
-    def runtime_geometry(self) -> bool:
-        """True when the origin of any joint is a run-time argument."""
-        return any(name.endswith((".xyz", ".rpy")) for name in self._places)
 
     def _turn(self, axis: Vec, angle: Scalar) -> Mat:
         return axis_rotation(axis, self.numbers.cos(angle), self.numbers.sin(angle))
