@@ -18,6 +18,7 @@ from symgen.literal.equations import Literal
 from symgen.natural.coordinates import choose_coordinates
 from symgen.natural.layout import NaturalCoordinates
 from symgen.plans.choose import Choice, PlanChoice, choose
+from symgen.plans.families import innermost
 from symgen.plans.walk import Lowered, lowered
 from symgen.program.instructions import Program
 from symgen.scene.load import load
@@ -122,7 +123,7 @@ class System:
 
     def _require_constraints(self, output: Output) -> None:
         """Raises NotSupportedError for constraints of a scene whose geometry is given at run time."""
-        row = next((row for row in output.of if row in OF_CONSTRAINTS), None)
+        row = next((row for row in output.of if innermost(row) in OF_CONSTRAINTS), None)
         if row is not None and self.scene.runtime_origins:
             raise NotSupportedError(
                 f"{self.scene.source or self.scene.name}: {row} needs constant joint origins, and these are run-time "

@@ -17,7 +17,7 @@ from symgen.certificate import Candidate, Certifier
 from symgen.plans import composite, coriolis, factor, recursive
 from symgen.plans.build import PLANNED, build, flatten
 from symgen.plans.families import DERIVATIVES, OF_MASS, Family, families_of, output_merges
-from symgen.plans.walk import lagging
+from symgen.plans.lagging import lagging
 from symgen.program.evaluate import evaluate_residues
 from symgen.program.instructions import Program, count
 from symgen.scene.model import JointSpring, Mimic, Options, Output, Parameter, Scene, Spring
@@ -42,7 +42,7 @@ def scene_of(seed: int) -> Scene:
         else joint
         for joint in rooted
     )
-    forces = []
+    forces: list[Spring | JointSpring] = []
     body = rng.choice(scene.bodies).name
     forces.append(Spring((body, "ground"), ((F(1), F(0), F(1, 3)), (F(0), F(2), F(5))), F(3), F(1, 2), name="s"))
     turning = [joint.name for joint in joints if joint.type in ("revolute", "planar", "cylindrical")]

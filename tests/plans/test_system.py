@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction as F
 
 import pytest
@@ -10,7 +11,7 @@ from symgen.algebra.field import FieldNumbers, Residue
 from symgen.algebra.numbers import FloatNumbers, State
 from symgen.errors import NotSupportedError, SceneError, SymgenError
 from symgen.scene.load import load
-from symgen.scene.model import Body, Joint, Scene
+from symgen.scene.model import Body, Joint, Parameter, Scene
 from symgen.system import derive
 
 Z = (F(0), F(0), F(1))
@@ -37,6 +38,16 @@ def test_a_singular_mass_matrix_is_an_error_in_numbers_too() -> None:
         )
     with pytest.raises(SceneError, match="lifts: the mass matrix is singular"):
         derive(lifts(F(1), F(0))).sympy("forward_dynamics")
+
+
+@pytest.mark.parametrize(
+    "row", ["constraints", "jvp:constraints", "vjp:constraint_jacobian", "parameter_jacobian:constraints"]
+)
+def test_constraints_are_refused_where_origins_are_arguments_however_they_are_wrapped(row: str) -> None:
+    scene = load("examples/double_pendulum.scene.yaml")
+    system = derive(replace(scene, parameters=(Parameter("elbow.xyz", (F(0), F(0), F(-1)), "m", 0),)))
+    with pytest.raises(NotSupportedError, match=f"{row} needs constant joint origins"):
+        system.program(row)
 
 
 @pytest.mark.parametrize("form", ["program", "plans", "sympy", "casadi", "evaluate"])
