@@ -31,7 +31,8 @@ from symgen.plans import centroidal, composite, coriolis, factor, products, recu
 from symgen.plans import frames as frame_walks
 from symgen.plans import reactions as joint_forces
 from symgen.plans import regressor as carried
-from symgen.plans.families import OF_MASS, SOLVED, Family
+from symgen.plans.families import OF_MASS, SOLVED, Family, output_forces, output_lags
+from symgen.plans.lagging import lagging
 from symgen.plans.walk import Links, Lowered
 from symgen.program.graph import Graph, Node, extract
 from symgen.program.instructions import Program
@@ -50,6 +51,10 @@ class Builder:
     lowered: Lowered
     natural: NaturalCoordinates
     family: Family
+    leaves: bool = False
+    """Links without children may leave their axes behind."""
+    forces_alone: bool = False
+    """Nothing but the forces of a motion is asked for."""
     graph: Graph = field(default_factory=Graph)
     guards: list[Node] = field(default_factory=list)
 
@@ -89,9 +94,19 @@ class Builder:
     @cached_property
     def shared(self) -> Links:
         """Links in the axes that the family computes dynamics in."""
-        if not self.family.merged:
+        if not self.family.merged and not self.leaves:
             return self.links
-        return self.lowered.at(self.values, self.state.q, self.family.regrouped, merged=True)
+        family = self.family
+        return self.lowered.at(self.values, self.state.q, family.regrouped, family.merged, self.leaves)
+
+    @cached_property
+    def forces(self) -> Links:
+        """The same for plans that go by forces alone, and so know of point masses at links' origins. Where another
+        plan needs the inertias too, links whose inertias must be turned keep theirs whole."""
+        family, links = self.family, self.lowered.links
+        shared = lagging(links) if family.merged and not self.forces_alone else frozenset()
+        tips = frozenset(link.index for link in links) - shared
+        return self.lowered.at(self.values, self.state.q, family.regrouped, family.merged, self.leaves, tips)
 
     @cached_property
     def still(self) -> list[int]:
@@ -152,7 +167,7 @@ class Builder:
         return self.lowered.reduce_matrix(self.values, matrix)
 
     def inverse_dynamics(self, a: Sequence[Scalar]) -> Vec:
-        tau = self.reduce(recursive.inverse_dynamics(self.shared, self.v, self.rates(a), self.values.gravity()))
+        tau = self.reduce(recursive.inverse_dynamics(self.forces, self.v, self.rates(a), self.values.gravity()))
         motors = tuple(mul(extra, x) for extra, x in zip(self.armature, a, strict=True))
         return vadd(vadd(tuple(tau), motors), self.passive())
 
@@ -258,7 +273,7 @@ def flatten(value: Any) -> list[Scalar]:
 
 def build(lowered: Lowered, natural: NaturalCoordinates, output: Output, family: Family) -> Program:
     """The optimised program of one function by one family."""
-    builder = Builder(lowered, natural, family)
+    builder = Builder(lowered, natural, family, output_lags(output), output_forces(output))
     size = sizes(lowered.scene, lowered.tree, natural)
     inputs, outputs = input_ports(output.of, size), output_ports(output.of, size)
     for port in inputs:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from symgen.catalogue import split_row
 from symgen.natural.layout import NaturalCoordinates
 from symgen.plans.build import build
 from symgen.plans.families import FAMILIES, Family, families_of, output_merges
-from symgen.plans.walk import Lowered, lagging
+from symgen.plans.lagging import lagging
+from symgen.plans.walk import Lowered
 from symgen.program.instructions import Counts, Program, count
 from symgen.scene.model import Output
 from symgen.topology.tree import Tree
@@ -25,6 +26,8 @@ SMALL = 12
 asked for."""
 
 
+NEAR = 1.1
+"""Families that cost up to so much more than the best one may overtake it once axes are merged."""
 MERGING_PAYS = 0.97
 """Merged axes must save so much: their sums of angles and turned inertias live longer in registers than what they
 save."""
@@ -83,7 +86,7 @@ def choose(lowered: Lowered, natural: NaturalCoordinates, output: Output, every:
             programs[family] = build(lowered, natural, output, family)
     weighed = [family for family in families if family not in passed]
     best = min(weighed, key=lambda family: (cost(count(programs[family])), FAMILIES.index(family)))
-    merged = _merged(lowered, output, best, weighed)
+    merged = _merged(lowered, output, best, weighed, programs)
     if merged:
         programs.update((family, build(lowered, natural, output, family)) for family in merged)
         families = (*families, *merged)
@@ -99,14 +102,20 @@ def choose(lowered: Lowered, natural: NaturalCoordinates, output: Output, every:
     return Choice(programs[best], rows, tuple(others[:1]))
 
 
-def _merged(lowered: Lowered, output: Output, best: Family, weighed: Sequence[Family]) -> list[Family]:
-    """Families with parallel axes merged that are weighed beside the others: of the best one, in small scenes of all
-    that regroup inertia."""
+def _merged(
+    lowered: Lowered, output: Output, best: Family, weighed: Sequence[Family], programs: Mapping[Family, Program]
+) -> list[Family]:
+    """Families with parallel axes merged that are weighed beside the others: of the best one and those near it, in
+    small scenes of all that regroup inertia."""
     if best.literal or not output_merges(output) or not lagging(lowered.links):
         return []
-    small = lowered.tree.nv <= SMALL
-    chosen = [family for family in weighed if small and family.regrouped and not family.literal]
-    return [replace(family, merged=True) for family in chosen or [best]]
+    small, limit = lowered.tree.nv <= SMALL, NEAR * cost(count(programs[best]))
+    chosen = [
+        family
+        for family in weighed
+        if family.regrouped and not family.literal and (small or cost(count(programs[family])) <= limit)
+    ]
+    return [replace(family, merged=True) for family in dict.fromkeys((*chosen, best))]
 
 
 def _reason_to_skip(family: Family, lowered: Lowered, output: Output, programs: dict[Family, Program]) -> str:

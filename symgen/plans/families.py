@@ -136,6 +136,22 @@ MERGED = frozenset({
 """Rows that gain where parallel axes are merged."""
 
 
+LAGGING = frozenset({
+    "coriolis_matrix", "bias_force", "inverse_dynamics", "forward_dynamics", "inverse_dynamics_derivatives",
+    "forward_dynamics_derivatives", "inverse_dynamics_second_derivatives",
+})  # fmt: skip
+"""Rows that turn motion and forces to the last links and back, and so gain where these leave their axes behind."""
+
+
+def output_lags(output: Output) -> bool:
+    return any(innermost(row) in LAGGING for row in output.of)
+
+
+def output_forces(output: Output) -> bool:
+    """True for functions that are forces of a motion and nothing else."""
+    return all(innermost(row) in ("bias_force", "inverse_dynamics") for row in output.of)
+
+
 def output_merges(output: Output) -> bool:
     return any(innermost(row) in MERGED for row in output.of)
 

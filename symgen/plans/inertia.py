@@ -7,8 +7,9 @@ the moment of momentum rate follows from Σ and the matrix ω̇̃ + ω̃ω̃ tha
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 from symgen.algebra.linear import (
@@ -28,7 +29,7 @@ from symgen.algebra.linear import (
     vadd,
 )
 from symgen.natural.mass import pseudo_inertia
-from symgen.plans.links import BALL, SLIDE, TURN, Link
+from symgen.plans.links import BALL, FREE, SLIDE, TURN, Link
 from symgen.topology.tree import Tree
 from symgen.velocity.values import Values
 
@@ -150,16 +151,34 @@ def link_inertias(tree: Tree, links: Sequence[Link], values: Values) -> list[Ine
     return found
 
 
-def regroup(links: Sequence[Link], inertias: Sequence[Inertia], values: Values) -> tuple[list[Inertia], Inertia]:
+@dataclass(frozen=True)
+class Grouped:
+    """Inertia of every link in its own axes, of ground in ground axes, and point masses at the origins of links, each
+    fixed in the link's parent (by link, none where zero)."""
+
+    links: list[Inertia]
+    ground: Inertia
+    tips: Mapping[int, Scalar]
+
+
+def regroup(links: Sequence[Link], inertias: Sequence[Inertia], values: Values, tips: Collection[int] = ()) -> Grouped:
     """Move to the parent what a joint cannot feel (base parameters, exactly).
 
     A turning joint feels neither mass nor moments on its axis (m, h_z, Σ_zz), a slide not the rotational inertia
-    (Σ), a ball joint not the mass at its centre. What ends in ground (the second result, ground axes) is felt by
-    nothing, but has potential energy.
+    (Σ), a ball joint not the mass at its centre. What ends in ground is felt by nothing, but has potential energy.
+    For the links in ``tips``, which needs constant inertias, a component of the first moment becomes a point mass at
+    the origin of a child where that is possible: the acceleration there is needed anyway.
     """
-    kept, ground = list(inertias), Inertia()
+    kept, ground, masses = list(inertias), Inertia(), dict[int, Scalar]()
+    limits = _masses_beyond(links, inertias) if tips else []
     for link in reversed(links):
         own = kept[link.index]
+        for child in (other for other in links if link.index in tips and other.parent == link.index):
+            tip = _tip(link, child, own, limits[link.index])
+            if tip != 0:
+                masses[child.index] = tip
+                own = own.plus(shift(Inertia(-tip), child.offset))
+        kept[link.index] = own
         if link.kind == TURN:
             moved = Inertia(own.mass, (0, 0, own.first[2]), (0, 0, own.second[2], 0, 0, 0))
             rest = Inertia(0, (*own.first[:2], 0), (*own.second[:2], 0, *own.second[3:]))
@@ -176,4 +195,33 @@ def regroup(links: Sequence[Link], inertias: Sequence[Inertia], values: Values) 
             kept[link.parent] = kept[link.parent].plus(shift(turned, offset))
         else:
             ground = ground.plus(shift(turned, offset))
-    return kept, ground
+    return Grouped(kept, ground, masses)
+
+
+def _masses_beyond(links: Sequence[Link], inertias: Sequence[Inertia]) -> list[Scalar]:
+    """Mass of every link and all links beyond it."""
+    found = [inertia.mass for inertia in inertias]
+    for link in reversed(links):
+        if link.parent >= 0:
+            found[link.parent] += found[link.index]
+    return found
+
+
+def _tip(link: Link, child: Link, own: Inertia, limit: Scalar) -> Scalar:
+    """The point mass at the child's origin that takes a component of the first moment h off the link, or 0.
+
+    It must make h sparser, the child's origin must stay where it is, and no mass may be larger than what is there:
+    what is added here is taken off elsewhere, and large opposite masses would cost digits.
+    """
+    if link.kind not in (TURN, FREE) or child.kind not in (TURN, BALL):
+        return 0
+    felt = range(2) if link.kind == TURN else range(3)
+    options = []
+    for i in felt:
+        if child.offset[i] != 0 and own.first[i] != 0:
+            tip = Fraction(own.first[i]) / child.offset[i]
+            left = sum(1 for j in felt if own.first[j] - tip * child.offset[j] != 0)
+            options.append((left, abs(tip), tip))
+    present = sum(1 for j in felt if own.first[j] != 0)
+    options = [option for option in options if option[0] < present and option[1] <= limit]
+    return min(options)[2] if options else 0

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from symgen.algebra.linear import ZERO, Mat, Vec, add, cross, matvec, mul, neg, scale, sub, total, vadd
+from symgen.algebra.linear import ZERO, Mat, Vec, add, cross, is_zero, matvec, mul, neg, scale, sub, total, vadd
 from symgen.plans import free
 from symgen.plans.inertia import Inertia
-from symgen.plans.walk import BALL, FREE, Links, Moving
+from symgen.plans.walk import BALL, FREE, TURN, Links, Moving
 
 Scalar = Any
 
@@ -64,7 +64,7 @@ def link_motions(links: Links, v: Sequence[Scalar], a: Sequence[Scalar], gravity
     root = Motion(ZERO, ZERO, (ZERO, ZERO, ZERO), ZERO, tuple(sub(0, g) for g in gravity))
 
     def step(at: Moving, parent: Motion) -> Motion:
-        link = at.link
+        link, along = at.link, None
         rate, rate2 = tuple(v[link.v : link.v + link.nv]), tuple(a[link.v : link.v + link.nv])
         if link.kind == FREE:
             linear, w = free.velocity(at, rate, convention)
@@ -74,7 +74,11 @@ def link_motions(links: Links, v: Sequence[Scalar], a: Sequence[Scalar], gravity
             carried, carried_rate = at.to_link(parent.w), at.to_link(parent.w_rate)
             own, own_rate = (rate, rate2) if link.kind == BALL else _along_z(at.angular, rate[0], rate2[0])
             w = vadd(carried, own)
-            w_rate = vadd(vadd(carried_rate, own_rate), cross(carried, own))
+            along = _axis_column(at, parent)
+            if along is None:
+                w_rate = vadd(vadd(carried_rate, own_rate), cross(carried, own))
+            else:
+                w_rate = _rate_from_column(w, along, add(carried_rate[2], own_rate[2]))
             acceleration = at.to_link(vadd(parent.a, matvec(parent.u, at.offset)))
             if at.linear != 0:
                 slide, slide_rate = _along_z(at.linear, rate[0], rate2[0])
@@ -83,9 +87,26 @@ def link_motions(links: Links, v: Sequence[Scalar], a: Sequence[Scalar], gravity
         links.name(f"dw_{link.name}", w_rate)
         links.name(f"a_{link.name}", acceleration)
         u, squares = spin_matrix(w, w_rate)
+        if along is not None:
+            u = tuple((*row[:2], entry) for row, entry in zip(u, along, strict=True))
         return Motion(w, w_rate, u, squares, acceleration)
 
     return links.outward("motion", root, step)
+
+
+def _axis_column(at: Moving, parent: Motion) -> Vec | None:
+    """U e of the joint's axis e, which the link shares with its parent (e is fixed in both, and U e is its second
+    derivative): a column of the parent's U where the axis is along one, then two operations give what rotating
+    ω̇ and its product with the joint's rate would. None where that saves nothing."""
+    axis = tuple(row[2] for row in at.turn)
+    if at.link.kind != TURN or sum(1 for x in axis if not is_zero(x)) != 1:
+        return None
+    return at.to_link(matvec(parent.u, axis))
+
+
+def _rate_from_column(w: Vec, column: Vec, z: Scalar) -> Vec:
+    """ω̇ from the last column of U, (ω_x ω_z + ω̇_y, ω_y ω_z − ω̇_x, …), and ω̇_z."""
+    return sub(mul(w[1], w[2]), column[1]), sub(column[0], mul(w[0], w[2])), z
 
 
 def _along_z(part: Scalar, rate: Scalar, rate2: Scalar) -> tuple[Vec, Vec]:
@@ -119,7 +140,14 @@ def transmitted_wrenches(links: Links, motions: Sequence[Motion]) -> list[tuple[
         force, moment = found[link.index] = vadd(own_force, outer[0]), vadd(own_moment, outer[1])
         links.name(f"f_{link.name}", force)
         links.name(f"n_{link.name}", moment)
-        return at.wrench_to_parent(force, moment) if link.parent >= 0 else (ZERO, ZERO)
+        if link.parent < 0:
+            return ZERO, ZERO
+        turned = at.to_parent(force)
+        if link.index in links.tips:
+            carrier = motions[link.parent]
+            there = vadd(carrier.a, matvec(carrier.u, at.offset))
+            turned = vadd(turned, scale(links.tips[link.index], there))
+        return turned, vadd(at.to_parent(moment), cross(at.offset, turned))
 
     links.inward("force", found, step, lambda x, y: (vadd(x[0], y[0]), vadd(x[1], y[1])))
     return found

@@ -5,7 +5,7 @@ Plans supply per-link steps; the two walks over the tree are here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -28,6 +28,7 @@ from symgen.algebra.linear import (
     vecmat,
 )
 from symgen.plans.inertia import (
+    Grouped,
     Inertia,
     Six,
     link_inertias,
@@ -38,6 +39,7 @@ from symgen.plans.inertia import (
     turn_second,
     turn_vector,
 )
+from symgen.plans.lagging import lagging, lagging_leaves, parallel
 from symgen.plans.links import BALL, FREE, SCREW, SLIDE, TURN, Link, lower
 from symgen.scene.model import Scene
 from symgen.topology.tree import Tree
@@ -120,6 +122,8 @@ class Links:
     inertias: tuple[Inertia, ...]
     ground: Inertia
     """What regrouping moved to ground."""
+    tips: Mapping[int, Scalar]
+    """Point masses at the origins of links, each fixed in the link's parent, that are not in ``inertias``."""
 
     @property
     def nv(self) -> int:
@@ -166,26 +170,6 @@ class Links:
         return tuple(found)
 
 
-def lagging(links: Sequence[Link]) -> frozenset[int]:
-    """Turning links followed by one about a parallel axis. Their axes may stay behind with the parent's: then nothing
-    has to be turned from one to the next, only what is constant in the body (its inertia, its children's places), by
-    the sum of the angles so far."""
-    return frozenset(
-        link.parent
-        for link in links
-        if _parallel(link) and links[link.parent].kind == TURN and _sparse(links[link.parent])
-    )
-
-
-def _parallel(link: Link) -> bool:
-    """A turn about an axis parallel to its parent's (the same way or the other)."""
-    return link.kind == TURN and link.parent >= 0 and not link.loose and abs(link.turn[2][2]) == 1 and _sparse(link)
-
-
-def _sparse(link: Link) -> bool:
-    return not link.loose and sum(1 for row in link.turn for x in row if x != 0) <= 5
-
-
 def _place(link: Link, values: Values, q: Sequence[Scalar], parent: Moving | None, behind: frozenset[int]) -> Moving:
     """A link at a state; the axes of the links in ``behind`` lag."""
     angle = None if parent is None else parent.angle
@@ -193,14 +177,14 @@ def _place(link: Link, values: Values, q: Sequence[Scalar], parent: Moving | Non
     if angle is None and link.index not in behind:
         return _place_freely(link, values, q)
     own = q[link.q] if link.kind == TURN else None
-    if angle is not None and _parallel(link):
+    if angle is not None and parallel(link):
         own = add(own, angle) if link.turn[2][2] == 1 else sub(own, angle)
     outer = None if angle is None else (numbers.cos(angle), numbers.sin(angle))
     if link.index in behind:
         turn, offset = values.matrix(link.turn), values.vector(link.offset)
-        before = None if _parallel(link) else outer
+        before = None if parallel(link) else outer
         found = Moving(link, turn, True, 1, 0, None, offset, 1, 0, outer=before, angle=own)
-    elif link.kind == TURN and _parallel(link):
+    elif link.kind == TURN and parallel(link):
         turn, offset = values.matrix(link.turn), values.vector(link.offset)
         found = Moving(link, turn, True, numbers.cos(own), numbers.sin(own), None, offset, 1, 0)
     else:
@@ -266,19 +250,30 @@ class Lowered:
         return any(parameter.name.endswith((".xyz", ".rpy")) for parameter in self.scene.parameters)
 
     @cached_property
-    def _exact(self) -> dict[bool, tuple[list[Inertia], Inertia]]:
+    def _exact(self) -> tuple[Values, list[Inertia]]:
         values = Values(self.scene, Rationals())
-        given = link_inertias(self.tree, self.links, values)
-        return {False: (given, Inertia()), True: regroup(self.links, given, values)}
+        return values, link_inertias(self.tree, self.links, values)
 
-    def inertias(self, values: Values, regrouped: bool) -> tuple[list[Inertia], Inertia]:
+    @cached_property
+    def _grouped(self) -> dict[frozenset[int], Grouped]:
+        return {}
+
+    def _regrouped(self, tips: frozenset[int]) -> Grouped:
+        if tips not in self._grouped:
+            values, given = self._exact
+            self._grouped[tips] = regroup(self.links, given, values, tips)
+        return self._grouped[tips]
+
+    def inertias(self, values: Values, regrouped: bool, tips: frozenset[int] = frozenset()) -> Grouped:
         """Of every link, and of ground, as scalars of the number type of ``values``."""
         if not self.parametric and not self.loose:
-            found, ground = self._exact[regrouped]
-            return [_lift(inertia, values) for inertia in found], _lift(ground, values)
+            found = self._regrouped(tips) if regrouped else Grouped(self._exact[1], Inertia(), {})
+            inertias = [_lift(inertia, values) for inertia in found.links]
+            masses = {index: values.lift(mass) for index, mass in found.tips.items()}
+            return Grouped(inertias, _lift(found.ground, values), masses)
         links = self.links_at(values)
         given = link_inertias(self.tree, links, values)
-        return regroup(links, given, values) if regrouped else (given, Inertia())
+        return regroup(links, given, values) if regrouped else Grouped(given, Inertia(), {})
 
     def links_at(self, values: Values) -> tuple[Link, ...]:
         return lower(self.tree, values) if self.loose else self.links
@@ -315,20 +310,33 @@ class Lowered:
         columns = zip(*self.reduce_columns(values, matrix), strict=True)
         return [list(row) for row in zip(*(self.reduce(values, column) for column in columns), strict=True)]
 
-    def at(self, values: Values, q: Sequence[Scalar], regrouped: bool = True, merged: bool = False) -> Links:
+    def at(
+        self,
+        values: Values,
+        q: Sequence[Scalar],
+        regrouped: bool = True,
+        merged: bool = False,
+        leaves: bool = False,
+        tips: frozenset[int] = frozenset(),
+    ) -> Links:
         """The links at the coordinates q. With ``regrouped``, inertial parameters that joints cannot feel are moved to
         parents first (the numbers are the same, the operations fewer). With ``merged``, links along parallel axes share
-        axes (see `lagging`): link axes are then not fixed in the bodies."""
-        inertias, ground = self.inertias(values, regrouped)
+        axes (see `lagging`), with ``leaves`` the last links leave theirs behind where that saves operations (see
+        `lagging_leaves`): link axes are then not fixed in the bodies. Links in ``tips`` may leave point masses, where
+        inertias are constant, at their children's origins (see `regroup`): for plans that know of them."""
+        grouped = self.inertias(values, regrouped, tips)
+        inertias = grouped.links
         positions = self.joint_positions(values, q)
         links = self.links_at(values)
-        behind = lagging(links) if merged else frozenset()
+        behind = (lagging(links) if merged else frozenset()) | (
+            lagging_leaves(links, inertias) if leaves else frozenset()
+        )
         moving: list[Moving] = []
         for link in links:
             moving.append(_place(link, values, positions, moving[link.parent] if link.parent >= 0 else None, behind))
             if link.index in behind:
                 inertias[link.index] = _turned_inertia(inertias[link.index], moving[-1], values)
-        return Links(self.tree, values, tuple(moving), tuple(inertias), ground)
+        return Links(self.tree, values, tuple(moving), tuple(inertias), grouped.ground, grouped.tips)
 
 
 def _turned_inertia(inertia: Inertia, at: Moving, values: Values) -> Inertia:

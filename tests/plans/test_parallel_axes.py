@@ -12,7 +12,7 @@ from symgen.certificate import Candidate, Certifier
 from symgen.errors import CertificateError
 from symgen.plans.build import build
 from symgen.plans.families import FAMILIES
-from symgen.plans.walk import lagging
+from symgen.plans.lagging import lagging
 from symgen.program.angles import register_sums
 from symgen.program.graph import Graph, extract
 from symgen.program.instructions import Port, Program, count
