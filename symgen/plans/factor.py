@@ -196,53 +196,78 @@ def _axis_motions(at: Moving) -> list[tuple[Vec, Vec, tuple[tuple[str, int], ...
     return [((0, 0, 1), (0, 0, at.linear), free_direction)]
 
 
+@dataclass(frozen=True)
+class Freed:
+    """A velocity of a joint after its elimination: the (moment, force) that its unit motion takes, and its pivot."""
+
+    moment: Vec
+    force: Vec
+    pivot: Scalar
+    inverse: Scalar
+    rest: Scalar
+
+
+def eliminated(
+    links: Links, at: Moving, body: _Articulated, armature: Sequence[Scalar], b: Sequence[Scalar]
+) -> list[Freed]:
+    """Free the joint of a link of everything that ``body`` holds, velocity by velocity. ``armature`` and ``b``: of the
+    joint's velocities. What is left in ``body`` is for the parent."""
+    motions = _axis_motions(at)
+    found: list[Freed] = []
+    for k in reversed(range(len(motions))):
+        w, v, done = motions[k]
+        moment, force = body.column(w, v)
+        pivot = add(add(dot(w, moment), dot(v, force)), armature[k])
+        inverse = reciprocal(links, at.link.v + k, pivot)
+        rest = sub(b[k], add(dot(w, body.moment), dot(v, body.force)))
+        found.append(Freed(moment, force, pivot, inverse, rest))
+        last = at.link.parent < 0 and k == 0
+        if not last:
+            body.eliminate(moment, force, inverse, done if is_zero(armature[k]) else ())
+            ratio = mul(rest, inverse)
+            body.moment = vadd(body.moment, scale(ratio, moment))
+            body.force = vadd(body.force, scale(ratio, force))
+    return found[::-1]
+
+
+def accelerated(at: Moving, parent: tuple[Vec, Vec], freed: Sequence[Freed]) -> tuple[list[Scalar], Vec, Vec]:
+    """Accelerations of a joint in link axes, and the link's own (angular, of its origin), from its parent's."""
+    w_rate = at.to_link(parent[0])
+    a = at.to_link(vadd(parent[1], cross(parent[0], at.offset)))
+    x: list[Scalar] = []
+    for (w, v, _), row in zip(_axis_motions(at), freed, strict=True):
+        x.append(mul(row.inverse, sub(row.rest, add(dot(row.moment, w_rate), dot(row.force, a)))))
+        w_rate, a = vadd(w_rate, scale(x[-1], w)), vadd(a, scale(x[-1], v))
+    return x, w_rate, a
+
+
 def solve_articulated(
     links: Links, armature: Sequence[Scalar], b: Sequence[Scalar]
 ) -> tuple[list[Scalar], list[Scalar]]:
     """x and the pivots, by articulated bodies without forming the mass matrix (Featherstone 2008, ch. 7, applied
     to mass_matrix · x = b: no velocity terms)."""
     convention = links.values.scene.options.base_velocity
-    nv = links.nv
-    rest, pivots, inverse = list(b), [0] * nv, [0] * nv
-    columns: list[tuple[Vec, Vec]] = [(ZERO, ZERO)] * nv
+    rest, x, pivots = list(b), list[Scalar]([0] * links.nv), list[Scalar]([0] * links.nv)
     arrived = [_Articulated(inertia) for inertia in links.inertias]
+    freed: dict[int, list[Freed]] = {}
     for at in links.moving:
         if at.link.kind == FREE:
             start = at.link.v
             force, moment = free.wrench(at, tuple(b[start : start + 6]), convention)
             rest[start : start + 6] = [*force, *moment]
     for at in reversed(links.moving):
-        body = arrived[at.link.index]
+        body, own = arrived[at.link.index], slice(at.link.v, at.link.v + at.link.nv)
         with links.phase(f"articulated inertia: {at.link.name}"):
-            motions = _axis_motions(at)
-            for k in reversed(range(len(motions))):
-                i, (w, v, done) = at.link.v + k, motions[k]
-                moment, force = columns[i] = body.column(w, v)
-                extra = armature[i]
-                pivots[i] = add(add(dot(w, moment), dot(v, force)), extra)
-                inverse[i] = reciprocal(links, i, pivots[i])
-                rest[i] = sub(rest[i], add(dot(w, body.moment), dot(v, body.force)))
-                last = at.link.parent < 0 and k == 0
-                if not last:
-                    body.eliminate(moment, force, inverse[i], done if is_zero(extra) else ())
-                    ratio = mul(rest[i], inverse[i])
-                    body.moment = vadd(body.moment, scale(ratio, moment))
-                    body.force = vadd(body.force, scale(ratio, force))
+            freed[at.link.index] = eliminated(links, at, body, armature[own], rest[own])
+            pivots[own] = [row.pivot for row in freed[at.link.index]]
             if at.link.parent >= 0:
                 arrived[at.link.parent].join(body.to_parent(at))
 
-    x: list[Scalar] = [0] * nv
-
     def step(at: Moving, parent: tuple[Vec, Vec]) -> tuple[Vec, Vec]:
-        w_rate = at.to_link(parent[0])
-        a = at.to_link(vadd(parent[1], cross(parent[0], at.offset)))
-        for k, (w, v, _) in enumerate(_axis_motions(at)):
-            i = at.link.v + k
-            moment, force = columns[i]
-            x[i] = mul(inverse[i], sub(rest[i], add(dot(moment, w_rate), dot(force, a))))
-            w_rate, a = vadd(w_rate, scale(x[i], w)), vadd(a, scale(x[i], v))
+        own = slice(at.link.v, at.link.v + at.link.nv)
+        x[own], w_rate, a = accelerated(at, parent, freed[at.link.index])
         if at.link.kind == FREE:
-            x[at.link.v : at.link.v + 6] = free.generalised_force(at, a, w_rate, convention)
+            x[own] = free.generalised_force(at, a, w_rate, convention)
         return w_rate, a
 
     links.outward("acceleration", (ZERO, ZERO), step)
