@@ -110,7 +110,7 @@ def factor(links: Links, matrix: Sequence[Sequence[Scalar]]) -> Factored:
     return Factored(tuple(inverse), tuple(pivots), tuple(rows))
 
 
-class _Articulated:
+class Articulated:
     """Inertia of a link with everything beyond it, joints free: [moment; force] = [J, B; Bᵀ, M][ω̇; a] + p."""
 
     def __init__(self, inertia: Inertia) -> None:
@@ -121,7 +121,7 @@ class _Articulated:
         self.moment: Vec = ZERO
         self.force: Vec = ZERO
 
-    def join(self, other: _Articulated) -> None:
+    def join(self, other: Articulated) -> None:
         self.j, self.b, self.m = madd(self.j, other.j), madd(self.b, other.b), madd(self.m, other.m)
         self.moment, self.force = vadd(self.moment, other.moment), vadd(self.force, other.force)
 
@@ -143,9 +143,9 @@ class _Articulated:
                 self.m = _clear(_clear_row(self.m, k), k)
                 self.b = _clear(self.b, k)
 
-    def to_parent(self, at: Moving) -> _Articulated:
+    def to_parent(self, at: Moving) -> Articulated:
         """Turned to the parent's axes and shifted to its origin."""
-        result = _Articulated(Inertia())
+        result = Articulated(Inertia())
         r = skew(at.offset)
         m = _symmetric_to_parent(at, self.m)
         b = at.matrix_to_parent(self.b)
@@ -208,7 +208,7 @@ class Freed:
 
 
 def eliminated(
-    links: Links, at: Moving, body: _Articulated, armature: Sequence[Scalar], b: Sequence[Scalar]
+    links: Links, at: Moving, body: Articulated, armature: Sequence[Scalar], b: Sequence[Scalar]
 ) -> list[Freed]:
     """Free the joint of a link of everything that ``body`` holds, velocity by velocity. ``armature`` and ``b``: of the
     joint's velocities. What is left in ``body`` is for the parent."""
@@ -248,7 +248,7 @@ def solve_articulated(
     to mass_matrix · x = b: no velocity terms)."""
     convention = links.values.scene.options.base_velocity
     rest, x, pivots = list(b), list[Scalar]([0] * links.nv), list[Scalar]([0] * links.nv)
-    arrived = [_Articulated(inertia) for inertia in links.inertias]
+    arrived = [Articulated(inertia) for inertia in links.inertias]
     freed: dict[int, list[Freed]] = {}
     for at in links.moving:
         if at.link.kind == FREE:
