@@ -16,7 +16,7 @@ from symgen.targets.c.signatures import Symbols, batch_prototypes, returns_statu
 from symgen.targets.c.sincos import helper_functions, vector_numbers
 from symgen.targets.c.statements import ENTIRE
 from symgen.targets.c.templates import render
-from symgen.targets.c.vector import PAIR, VectorBody, is_shared, spelling, vector_body
+from symgen.targets.c.vector import GROUPS, VectorBody, is_shared, spelling, vector_body
 
 TILE_LIMIT = 1 << 18
 """Bytes of stack for the inputs and outputs of the widest vectors; a function that needs more runs state by state."""
@@ -69,8 +69,9 @@ class BatchFile:
         precision, trigonometry = PRECISIONS[self.options.precision], self.options.trigonometry
         called = {macro for row in self.functions if row.vector for macro in row.vector.called}
         own = trigonometry == "polynomial"
-        spelled = {macro: name for macro, name in spelling(trigonometry, precision.name).items() if macro in called}
-        single = {macro: name for macro, name in spelled.items() if macro != PAIR}
+        single = {macro: name for macro, name in spelling(trigonometry, precision.name).items() if macro in called}
+        groups = {count for count, macro in GROUPS.items() if macro in called}
+        groups |= {1} if own and called & {"SIN", "COS"} else set()
         by_lane = [name for name in single.values() if name not in ("sine", "cosine")]
         entire = {name for name in by_lane if name in ENTIRE}
         size = 8 if precision.name == "double" else 4
@@ -88,8 +89,9 @@ class BatchFile:
             constants=constants,
             functions=[_row(function, precision, self.options.status) for function in self.functions],
             calls=list(single.items()),
-            pair=PAIR in called,
-            trigonometry=own and bool(called & {"SIN", "COS", PAIR}),
+            groups=sorted(groups),
+            trigonometry=bool(groups),
+            single_angles=own and bool(called & {"SIN", "COS"}),
             lane_functions=[
                 {"name": name, "wide": _SQUARE_ROOTS[precision.name] if name[:4] == "sqrt" else ()} for name in by_lane
             ],

@@ -107,6 +107,8 @@ def vector_numbers(precision: str) -> dict[str, object]:
         "sign_bit": f"UINT{bits}_C(0x{1 << (bits - 1):X})",
         "quarter": f"UINT{bits}_C(0x{1 << (bits - 2):X})",
         "mask": f"__mmask{512 // bits}",
+        "wide_type": "__m512d" if bits == 64 else "__m512",
+        "wide_suffix": "pd" if bits == 64 else "ps",
         "unit": f"1.0{f}",
         "point_five": f"0.5{f}",
     }

@@ -6,13 +6,14 @@ rest, it leaves a processor idle even when eight states run side by side.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from symgen.program.instructions import Instruction, Program
 
 CHAIN = 3
 """Fewer divisions are no chain."""
+TURNING = ("cos", "sin", "cos_sqrt", "sinc_sqrt", "sinc3_sqrt")
 
 
 def spread_divisions(program: Program) -> Program:
@@ -29,6 +30,36 @@ def spread_divisions(program: Program) -> Program:
     order += _merged(slow, free)
     order += [i for i in range(len(code)) if i not in needed and i in after]
     return _reordered(program, order)
+
+
+def angles_first(program: Program) -> Program:
+    """The same program: sines and cosines of angles that depend on no others come first, so that they can be taken
+    together."""
+    code = program.instructions
+    plain: list[bool] = []
+    turned: dict[int, list[int]] = {}
+    for index, instruction in enumerate(code):
+        turning = instruction.op in TURNING
+        plain.append(not turning and all(plain[k] for k in instruction.args))
+        if instruction.op in ("cos", "sin") and plain[instruction.args[0]]:
+            turned.setdefault(instruction.args[0], []).append(index)
+    if len(turned) < 2:
+        return program
+    first = sorted(_cone(code, turned))
+    first += [index for row in turned.values() for index in row]
+    known = set(first)
+    return _reordered(program, [*first, *(k for k in range(len(code)) if k not in known)])
+
+
+def _cone(code: Sequence[Instruction], roots: Iterable[int]) -> set[int]:
+    found: set[int] = set()
+    stack = list(roots)
+    while stack:
+        index = stack.pop()
+        if index not in found:
+            found.add(index)
+            stack.extend(code[index].args)
+    return found
 
 
 def _after(code: Sequence[Instruction]) -> set[int]:
