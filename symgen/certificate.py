@@ -17,13 +17,12 @@ from typing import Any
 
 from symgen import derivative_checks, kinematic_checks
 from symgen.algebra.field import MERSENNE_61, FieldNumbers, NotInField, Residue, random_prime
-from symgen.algebra.linear import dot
 from symgen.algebra.numbers import State
 from symgen.catalogue import output_ports, row_of, sizes, split_row
+from symgen.emitted import Check, Emitted, Pairs, residues
 from symgen.errors import CertificateError, SceneError, SymgenError
 from symgen.literal.equations import Literal
 from symgen.plans.build import flatten
-from symgen.plans.walk import Lowered
 from symgen.program.angles import register_sums
 from symgen.program.evaluate import evaluate_residues
 from symgen.program.instructions import Program
@@ -71,80 +70,56 @@ class Certificate:
         }
 
 
-class _Outputs:
-    """Outputs of a candidate as elements of the field, with what the row being checked needs beside the literal."""
-
-    def __init__(self, values: Outputs, p: int, inputs: Inputs, lowered: Lowered) -> None:
-        self.values = {name: [Residue(x, p) for x in row] for name, row in values.items()}
-        self.inputs = {name: [Residue(x, p) for x in row] for name, row in inputs.items()}
-        self.lowered = lowered
-        self.row = ""
-        self.ports: list[str] = []
-        """Names of the row's outputs, in its order."""
-
-    def rows(self, name: str, columns: int) -> list[list[Residue]]:
-        flat = self.values[name]
-        return [flat[i : i + columns] for i in range(0, len(flat), columns)] if columns else []
-
-
-def _vector_check(
-    times: str, port: str
-) -> Callable[[Literal, _Outputs, random.Random, int], Iterator[tuple[Any, Any]]]:
+def _vector_check(times: str, port: str) -> Check:
     """A matrix against its literal product with a random vector: Rᵀ(M(R x))."""
 
-    def check(literal: Literal, outputs: _Outputs, rng: random.Random, p: int) -> Iterator[tuple[Any, Any]]:
-        nv = literal.tree.nv
-        x = [Residue(rng.randrange(p), p) for _ in range(nv)]
-        yield from zip(getattr(literal, times)(x), [dot(row, x) for row in outputs.rows(port, nv)], strict=True)
+    def check(literal: Literal, emitted: Emitted) -> Pairs:
+        x = emitted.random(literal.tree.nv)
+        yield from zip(getattr(literal, times)(x), emitted.times(port, x), strict=True)
 
     return check
 
 
-def _equation_of_motion(literal: Literal, outputs: _Outputs, rng: random.Random, p: int) -> Iterator[tuple[Any, Any]]:
+def _equation_of_motion(literal: Literal, emitted: Emitted) -> Pairs:
     """M a + h = τ with the literal M and h: a is what forward dynamics is, whatever solved for it."""
-    a = outputs.values["a"]
+    a = emitted.values["a"]
     for left, bias, tau in zip(literal.mass_matrix_times(a), literal.bias_force(), literal.state.tau, strict=True):
         yield left + bias, tau
 
 
-CHECKS: dict[str, tuple[str, Callable[[Literal, _Outputs, random.Random, int], Iterator[tuple[Any, Any]]]]] = {
+def _inverse(literal: Literal, emitted: Emitted) -> Pairs:
+    """M (Minv x) = x with the literal M."""
+    x = emitted.random(literal.tree.nv)
+    yield from zip(literal.mass_matrix_times(emitted.times("Minv", x)), x, strict=True)
+
+
+CHECKS: dict[str, tuple[str, Check]] = {
     "mass_matrix": ("literal R^T(M(R x)), x random", _vector_check("mass_matrix_times", "M")),
     "coriolis_matrix": ("literal R^T(M(dR/dt x)), x random", _vector_check("coriolis_times", "C")),
     "forward_dynamics": ("equation of motion with literal R^T M R and bias", _equation_of_motion),
+    "mass_matrix_inverse": ("literal R^T(M(R Minv x)) = x, x random", _inverse),
+    **derivative_checks.CHECKS,
+    **kinematic_checks.CHECKS,
 }
 """Rows that are not compared entry by entry."""
 
 
-def _inverse(literal: Literal, outputs: _Outputs, rng: random.Random, p: int) -> Iterator[tuple[Any, Any]]:
-    """M (Minv x) = x with the literal M."""
-    x = [Residue(rng.randrange(p), p) for _ in range(literal.tree.nv)]
-    product = [dot(row, x) for row in outputs.rows("Minv", len(x))]
-    yield from zip(literal.mass_matrix_times(product), x, strict=True)
-
-
-CHECKS["mass_matrix_inverse"] = ("literal R^T(M(R Minv x)) = x, x random", _inverse)
-CHECKS.update(derivative_checks.CHECKS)
-CHECKS.update(kinematic_checks.CHECKS)
-
-
-def _pairs(
-    literal: Literal, output: Output, outputs: _Outputs, rng: random.Random, p: int
-) -> Iterator[tuple[str, Any, Any]]:
+def _pairs(literal: Literal, output: Output, emitted: Emitted) -> Iterator[tuple[str, Any, Any]]:
     """(row, what the literal form says, what was emitted)."""
     size = sizes(literal.values.scene, literal.tree, literal.natural)
     ports = iter(output_ports(output.of, size))
     for row in output.of:
         name, frame = split_row(row)
         mine = [next(ports) for _ in row_of(row).outputs]
-        outputs.row, outputs.ports = row, [port.name for port in mine]
         if name in CHECKS:
-            for expected, found in CHECKS[name][1](literal, outputs, rng, p):
+            of_row = emitted.of(row, tuple(port.name for port in mine))
+            for expected, found in CHECKS[name][1](literal, of_row):
                 yield row, expected, found
             continue
         definition = row_of(row).literal
         assert definition is not None
         for port, value in zip(mine, definition(literal, frame), strict=True):
-            for expected, found in zip(flatten(value), outputs.values.get(port.name, []), strict=True):
+            for expected, found in zip(flatten(value), emitted.values.get(port.name, []), strict=True):
                 yield row, expected, found
 
 
@@ -218,9 +193,10 @@ class Certifier:
             try:
                 register_sums(program, numbers, inputs)
                 results = [(candidate, candidate.evaluate(numbers, inputs)) for candidate in candidates]
+                at, lowered = residues(inputs, p), self.system.lowered
                 for candidate, values in results:
-                    found = _Outputs(values, p, inputs, self.system.lowered)
-                    _compare(literal, output, candidate, found, random.Random(self.seed), p)
+                    found = Emitted(residues(values, p), at, lowered, random.Random(self.seed), p)
+                    _compare(literal, output, candidate, found)
             except NotInField:
                 continue
             return
@@ -243,13 +219,11 @@ class Certifier:
         )
 
 
-def _compare(
-    literal: Literal, output: Output, candidate: Candidate, outputs: _Outputs, rng: random.Random, p: int
-) -> None:
-    for row, expected, found in _pairs(literal, output, outputs, rng, p):
+def _compare(literal: Literal, output: Output, candidate: Candidate, emitted: Emitted) -> None:
+    for row, expected, found in _pairs(literal, output, emitted):
         if not found == expected:
             raise CertificateError(
-                f"{output.name}: the emitted {candidate.what} is not {row} as defined (they differ in GF({p}))"
+                f"{output.name}: the emitted {candidate.what} is not {row} as defined (they differ in GF({emitted.p}))"
             )
 
 

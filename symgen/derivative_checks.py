@@ -6,43 +6,21 @@ motion, in the same numbers: nothing of the plans is trusted.
 
 from __future__ import annotations
 
-import random
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any
 
 from symgen.algebra.dual import Dual, parts
 from symgen.algebra.field import NotInField, Residue
 from symgen.algebra.linear import dot
 from symgen.catalogue import row_of, split_row
+from symgen.emitted import Check, Emitted, Pairs
 from symgen.literal.derivatives import SECOND, along, change
 from symgen.literal.equations import Literal
 from symgen.plans.build import flatten
 from symgen.plans.composite import mass_matrix
 from symgen.plans.factor import factor
 from symgen.plans.walk import Lowered
-
-Pairs = Iterator[tuple[Any, Any]]
-
-
-class Emitted(Protocol):
-    """What a check is given of the candidate."""
-
-    values: dict[str, list[Residue]]
-    inputs: dict[str, list[Residue]]
-    lowered: Lowered
-    row: str
-    ports: list[str]
-
-    def rows(self, name: str, columns: int) -> list[list[Residue]]: ...
-
-
-def _random(literal: Literal, rng: random.Random, p: int) -> list[Residue]:
-    return [Residue(rng.randrange(1, p), p) for _ in range(literal.tree.nv)]
-
-
-def _times(emitted: Emitted, name: str, x: Sequence[Residue]) -> list[Any]:
-    return [dot(row, x) for row in emitted.rows(name, len(x))]
 
 
 def accelerations(literal: Literal, lowered: Lowered) -> list[Any]:
@@ -60,36 +38,36 @@ def accelerations(literal: Literal, lowered: Lowered) -> list[Any]:
     return a
 
 
-def _inverse_dynamics(literal: Literal, emitted: Emitted, rng: random.Random, p: int) -> Pairs:
+def _inverse_dynamics(literal: Literal, emitted: Emitted) -> Pairs:
     """Matrix times a random direction, against the change of the literal inverse dynamics along it."""
     for variable in ("q", "v"):
-        x = _random(literal, rng, p)
+        x = emitted.random(literal.tree.nv)
         expected = change(along(literal, {f"d{variable}": x}).inverse_dynamics())
-        yield from zip(expected, _times(emitted, f"dtau_d{variable}", x), strict=True)
+        yield from zip(expected, emitted.times(f"dtau_d{variable}", x), strict=True)
 
 
-def _forward_dynamics(literal: Literal, emitted: Emitted, rng: random.Random, p: int) -> Pairs:
+def _forward_dynamics(literal: Literal, emitted: Emitted) -> Pairs:
     """Along any direction the literal inverse dynamics at (q, v, a) stays τ."""
     a = accelerations(literal, emitted.lowered)
     moved = Literal(literal.tree, literal.natural, literal.values, replace(literal.state, a=tuple(a)))
     for variable in ("q", "v"):
-        x = _random(literal, rng, p)
-        direction = {f"d{variable}": x, "da": _times(emitted, f"da_d{variable}", x)}
+        x = emitted.random(literal.tree.nv)
+        direction = {f"d{variable}": x, "da": emitted.times(f"da_d{variable}", x)}
         for value in change(along(moved, direction).inverse_dynamics()):
             yield 0, value
-    x = _random(literal, rng, p)
-    yield from zip(x, literal.mass_matrix_times(_times(emitted, "da_dtau", x)), strict=True)
+    x = emitted.random(literal.tree.nv)
+    yield from zip(x, literal.mass_matrix_times(emitted.times("da_dtau", x)), strict=True)
 
 
-def _second(literal: Literal, emitted: Emitted, rng: random.Random, p: int) -> Pairs:
+def _second(literal: Literal, emitted: Emitted) -> Pairs:
     """Tensor times two random directions, against nested duals."""
     for first, second in SECOND:
-        x, y = _random(literal, rng, p), _random(literal, rng, p)
+        x, y = emitted.random(literal.tree.nv), emitted.random(literal.tree.nv)
         outer = along(literal, {second: y})
         nested = along(outer, {first: [Dual(value) for value in x]})
         expected = change(change(nested.inverse_dynamics()))
         n = len(x)
-        by_second = [dot(row, y) for row in emitted.rows(f"d2tau_{first}{second}", n)]
+        by_second = emitted.times(f"d2tau_{first}{second}", y)
         found = [dot(by_second[i * n : (i + 1) * n], x) for i in range(n)]
         yield from zip(expected, found, strict=True)
 
@@ -105,34 +83,34 @@ def _changes(literal: Literal, emitted: Emitted, row: str, direction: Mapping[st
     return [change(x) for value in definition(dual, frame) for x in flatten(value)]
 
 
-def _jvp(literal: Literal, emitted: Emitted, rng: random.Random, p: int) -> Pairs:
+def _jvp(literal: Literal, emitted: Emitted) -> Pairs:
     row = split_row(emitted.row)[1]
     names = [f"d{name}" for name in (*row_of(row).inputs, "p") if f"d{name}" in emitted.inputs]
     expected = _changes(literal, emitted, row, {name: emitted.inputs[name] for name in names})
     yield from zip(expected, [x for port in emitted.ports for x in emitted.values.get(port, [])], strict=True)
 
 
-def _vjp(literal: Literal, emitted: Emitted, rng: random.Random, p: int) -> Pairs:
+def _vjp(literal: Literal, emitted: Emitted) -> Pairs:
     """Gradient times a random direction = weights times the change along it."""
     row = split_row(emitted.row)[1]
     base = row_of(row)
-    direction, found = {}, Residue(0, p)
+    direction, found = {}, Residue(0, emitted.p)
     for name, port in zip((*base.inputs, "p"), emitted.ports, strict=True):
         size = len(literal.state.p) if name == "p" else literal.tree.nv
         if size:
-            x = direction[f"d{name}"] = [Residue(rng.randrange(1, p), p) for _ in range(size)]
+            x = direction[f"d{name}"] = emitted.random(size)
             found = found + dot(emitted.values[port], x)
     weights = [x for name, _, _ in base.outputs for x in emitted.inputs.get(f"w_{name}", [])]
     yield dot(weights, _changes(literal, emitted, row, direction)), found
 
 
-def _parameter_jacobian(literal: Literal, emitted: Emitted, rng: random.Random, p: int) -> Pairs:
-    x = [Residue(rng.randrange(1, p), p) for _ in literal.state.p]
-    found = [dot(row, x) for port in emitted.ports for row in emitted.rows(port, len(x))]
+def _parameter_jacobian(literal: Literal, emitted: Emitted) -> Pairs:
+    x = emitted.random(len(literal.state.p))
+    found = [y for port in emitted.ports for y in emitted.times(port, x)]
     yield from zip(_changes(literal, emitted, split_row(emitted.row)[1], {"dp": x}), found, strict=True)
 
 
-CHECKS: dict[str, tuple[str, Callable[[Literal, Any, random.Random, int], Pairs]]] = {
+CHECKS: dict[str, tuple[str, Check]] = {
     "inverse_dynamics_derivatives": (
         "literal inverse_dynamics in dual numbers along random directions", _inverse_dynamics
     ),

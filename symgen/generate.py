@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,7 +20,7 @@ from symgen.artifact import (
 )
 from symgen.certificate import Candidate, Certificate, Certifier
 from symgen.errors import CertificateError, ToolError
-from symgen.program.evaluate import evaluate_residues
+from symgen.program.evaluate import evaluate_in_field, evaluate_residues
 from symgen.program.instructions import Program
 from symgen.scene.load import load
 from symgen.scene.model import Output, Scene
@@ -216,12 +217,7 @@ def _casadi_candidate(function: casadi.Function, program: Program) -> Candidate:
 
 def _program_candidate(program: Program) -> Candidate:
     """A program as it stands: another derivation of the same function."""
-
-    def evaluate(numbers: FieldNumbers, inputs: Mapping[str, Sequence[int]]) -> Mapping[str, Sequence[int]]:
-        values = evaluate_residues(program, numbers, inputs)
-        return {port.name: [values[i] for i in row] for port, row in zip(program.outputs, program.results, strict=True)}
-
-    return Candidate(f"its {program.plan} plan", evaluate, emitted=False)
+    return Candidate(f"its {program.plan} plan", partial(evaluate_in_field, program), emitted=False)
 
 
 def _remarks(text: ReadFunction, system: System) -> str:

@@ -3,70 +3,42 @@ normal equations of λ."""
 
 from __future__ import annotations
 
-import random
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any, Protocol
-
-from symgen.algebra.field import Residue
 from symgen.algebra.linear import dot
 from symgen.catalogue import split_row
+from symgen.emitted import Check, Emitted, Pairs
 from symgen.literal import base_parameters, frames, reactions, regressor
 from symgen.literal.equations import Literal
 
-Pairs = Iterator[tuple[Any, Any]]
-"""(what the literal form says, what was emitted)."""
 
-
-class Emitted(Protocol):
-    """The outputs of a candidate, and the row that is being checked."""
-
-    values: dict[str, list[Residue]]
-    row: str
-    ports: list[str]
-
-    def rows(self, name: str, columns: int) -> list[list[Residue]]: ...
-
-
-Check = Callable[[Literal, Any, random.Random, int], Pairs]
-
-
-def _random(rng: random.Random, p: int, n: int) -> list[Residue]:
-    return [Residue(rng.randrange(p), p) for _ in range(n)]
-
-
-def _product(columns: int, emitted: Emitted, x: Sequence[Residue]) -> list[Any]:
-    return [dot(row, x) for row in emitted.rows(emitted.ports[0], columns)]
-
-
-def _momentum_matrix(literal: Literal, emitted: Emitted, rng: random.Random, p: int) -> Pairs:
+def _momentum_matrix(literal: Literal, emitted: Emitted) -> Pairs:
     """A x is the momentum at the velocities x."""
-    x = _random(rng, p, literal.tree.nv)
-    yield from zip(frames.momentum_of(literal, x), _product(len(x), emitted, x), strict=True)
+    x = emitted.random(literal.tree.nv)
+    yield from zip(frames.momentum_of(literal, x), emitted.times(emitted.ports[0], x), strict=True)
 
 
-def _frame_jacobian(literal: Literal, emitted: Emitted, rng: random.Random, p: int) -> Pairs:
+def _frame_jacobian(literal: Literal, emitted: Emitted) -> Pairs:
     """J x is the frame's twist at the velocities x."""
-    x = _random(rng, p, literal.tree.nv)
+    x = emitted.random(literal.tree.nv)
     _, frame = split_row(emitted.row)
-    yield from zip(frames.twist_of(literal, frame, x), _product(len(x), emitted, x), strict=True)
+    yield from zip(frames.twist_of(literal, frame, x), emitted.times(emitted.ports[0], x), strict=True)
 
 
-def _regressor(literal: Literal, emitted: Emitted, rng: random.Random, p: int) -> Pairs:
+def _regressor(literal: Literal, emitted: Emitted) -> Pairs:
     """Y π is the inverse dynamics of bodies with the parameters π."""
-    pi = _random(rng, p, regressor.TEN * len(literal.tree.bodies))
-    yield from zip(regressor.regressor_times(literal, pi), _product(len(pi), emitted, pi), strict=True)
+    pi = emitted.random(regressor.TEN * len(literal.tree.bodies))
+    yield from zip(regressor.regressor_times(literal, pi), emitted.times(emitted.ports[0], pi), strict=True)
 
 
-def _base_regressor(literal: Literal, emitted: Emitted, rng: random.Random, p: int) -> Pairs:
+def _base_regressor(literal: Literal, emitted: Emitted) -> Pairs:
     """Yb K π likewise: with K's unit columns this holds for all π only where Yb is those columns of Y."""
     base = base_parameters.of_literal(literal)
-    pi = _random(rng, p, len(base.names))
+    pi = emitted.random(len(base.names))
     const = literal.values.numbers.const
     beta = [dot([const(x) for x in row.values()], [pi[k] for k in row]) for row in base.rows]
-    yield from zip(regressor.regressor_times(literal, pi), _product(len(beta), emitted, beta), strict=True)
+    yield from zip(regressor.regressor_times(literal, pi), emitted.times(emitted.ports[0], beta), strict=True)
 
 
-def _base_parameters(literal: Literal, emitted: Emitted, rng: random.Random, p: int) -> Pairs:
+def _base_parameters(literal: Literal, emitted: Emitted) -> Pairs:
     """β entry by entry, and Yb β is the inverse dynamics of the scene's own bodies."""
     beta = emitted.values.get(emitted.ports[0], [])
     yield from zip(base_parameters.base_parameter_values(literal), beta, strict=True)
@@ -75,7 +47,7 @@ def _base_parameters(literal: Literal, emitted: Emitted, rng: random.Random, p: 
     yield from zip(regressor.regressor_times(literal, pi), [dot(row, beta) for row in yb], strict=True)
 
 
-def _constraint_forces(literal: Literal, emitted: Emitted, rng: random.Random, p: int) -> Pairs:
+def _constraint_forces(literal: Literal, emitted: Emitted) -> Pairs:
     yield from reactions.normal_equations(literal, tuple(emitted.values[emitted.ports[0]]))
 
 

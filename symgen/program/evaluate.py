@@ -78,7 +78,17 @@ def evaluate(
     program: Program, numbers: Numbers, inputs: Mapping[str, Sequence[Scalar]]
 ) -> dict[str, tuple[Scalar, ...]]:
     """Outputs by name, flat, row-major. Guards are not looked at."""
-    values = evaluate_all(program, numbers, inputs)
-    return {
-        port.name: tuple(values[i] for i in row) for port, row in zip(program.outputs, program.results, strict=True)
-    }
+    found = outputs_of(program, evaluate_all(program, numbers, inputs))
+    return {name: tuple(values) for name, values in found.items()}
+
+
+def evaluate_in_field(
+    program: Program, numbers: FieldNumbers, inputs: Mapping[str, Sequence[int]]
+) -> dict[str, list[int]]:
+    """`evaluate` in GF(p), on plain ints."""
+    return outputs_of(program, evaluate_residues(program, numbers, inputs))
+
+
+def outputs_of(program: Program, values: Sequence[Scalar]) -> dict[str, list[Scalar]]:
+    """Outputs by name, flat, row-major, among the values of all instructions."""
+    return {port.name: [values[i] for i in row] for port, row in zip(program.outputs, program.results, strict=True)}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import pytest
@@ -15,12 +16,12 @@ from symgen.literal import base_parameters
 from symgen.plans import centroidal, frames, reactions, regressor
 from symgen.plans.build import build
 from symgen.plans.families import FAMILIES
+from symgen.program.evaluate import evaluate_in_field
 from symgen.scene.load import load
 from symgen.scene.model import Joint, Output, Scene
 from symgen.system import System, derive
 from tests.certificate.mutations import Bench
 from tests.kinematics.scenes import OF_FRAMES, ROWS, kinematic_scene
-from tests.plans.test_against_literal import evaluator
 
 SEED = 5
 
@@ -45,20 +46,20 @@ def test_mutations_of_programs_are_refused(system: System, row: str) -> None:
     program, output = system.program(row), Output(row, (row,))
     places = [i for i, x in enumerate(program.instructions) if x.op in ("add", "sub", "mul")]
     certifier = Certifier(system, row)
-    certifier.certify(output, program, [Candidate("as built", evaluator(program))])
+    certifier.certify(output, program, [Candidate("as built", partial(evaluate_in_field, program))])
     for i in random.Random(row).sample(places, min(4, len(places))):
         old = program.instructions[i]
         changed = old._replace(op={"add": "sub", "sub": "add", "mul": "add"}[old.op])
         mutant = replace(program, instructions=(*program.instructions[:i], changed, *program.instructions[i + 1 :]))
         with pytest.raises(CertificateError, match=row.partition(":")[0]):
-            certifier.certify(output, program, [Candidate("mutant", evaluator(mutant))])
+            certifier.certify(output, program, [Candidate("mutant", partial(evaluate_in_field, mutant))])
 
 
 def test_changed_constants_of_base_parameters_are_refused(system: System) -> None:
     program, output = system.program("base_parameters"), Output("base_parameters", ("base_parameters",))
     certifier = Certifier(system, "beta")
     for k in range(len(program.results[0])):
-        inner = evaluator(program)
+        inner = partial(evaluate_in_field, program)
 
         def wrong(numbers: Any, inputs: Any, k: int = k, inner: Any = inner) -> Any:
             values = inner(numbers, inputs)
@@ -104,7 +105,9 @@ def test_wrong_plans_are_refused(monkeypatch: pytest.MonkeyPatch, row: str) -> N
     system = derive(kinematic_scene(SEED))
     program = build(system.lowered, system.natural, Output(row, (row,)), FAMILIES[0])
     with pytest.raises(CertificateError, match=row.partition(":")[0]):
-        Certifier(system, "").certify(Output(row, (row,)), program, [Candidate("plan", evaluator(program))])
+        Certifier(system, "").certify(
+            Output(row, (row,)), program, [Candidate("plan", partial(evaluate_in_field, program))]
+        )
 
 
 def test_a_wrong_combination_of_base_parameters_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:

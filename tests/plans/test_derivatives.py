@@ -6,6 +6,7 @@ from __future__ import annotations
 import random
 from dataclasses import replace
 from fractions import Fraction as F
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,12 +22,12 @@ from symgen.errors import CertificateError
 from symgen.literal.derivatives import along, change
 from symgen.plans.build import build
 from symgen.plans.families import DERIVATIVES
-from symgen.program.evaluate import evaluate
+from symgen.program.evaluate import evaluate, evaluate_in_field
 from symgen.program.instructions import Program, count
 from symgen.scene.load import load
 from symgen.scene.model import Output, Scene
 from symgen.system import System, derive
-from tests.plans.test_against_literal import coupled, evaluator, every_family, scene_of, state_of, with_parameters
+from tests.plans.test_against_literal import coupled, every_family, scene_of, state_of, with_parameters
 
 ROWS = (
     *sorted(DERIVATIVES),
@@ -52,7 +53,7 @@ def test_every_plan_of_every_derivative(seed: int, runtime: bool, couplings: boo
         output = Output(row, (row,))
         for family in every_family(output, system):
             program = build(system.lowered, system.natural, output, family)
-            certifier.certify(output, program, [Candidate(f"{row} by {family}", evaluator(program))])
+            certifier.certify(output, program, [Candidate(f"{row} by {family}", partial(evaluate_in_field, program))])
 
 
 @pytest.mark.parametrize("row", ["mass_matrix_inverse", "jvp:inverse_dynamics_derivatives", *ROWS, *BY_PARAMETERS])
@@ -63,11 +64,13 @@ def test_a_changed_program_is_refused(row: str) -> None:
     program = system.program(row)
     certifier = Certifier(system, "text")
     output = system.output(row)
-    certifier.certify(output, program, [Candidate("right", evaluator(program))])
+    certifier.certify(output, program, [Candidate("right", partial(evaluate_in_field, program))])
     places = [i for i, step in enumerate(program.instructions) if step.op in ("add", "sub", "mul")]
     for index in places[:: max(1, len(places) // 12)]:
         with pytest.raises(CertificateError, match=r"not .* as defined|at no point"):
-            certifier.certify(output, program, [Candidate("wrong", evaluator(changed(program, index)))])
+            certifier.certify(
+                output, program, [Candidate("wrong", partial(evaluate_in_field, changed(program, index)))]
+            )
 
 
 def changed(program: Program, index: int) -> Program:
@@ -115,7 +118,7 @@ def test_second_derivatives_by_velocity_are_symmetric_and_those_by_position_wher
     system, numbers = derive(load("examples/fig1.scene.yaml")), FieldNumbers(MERSENNE_61, 3)
     state = state_of(system, numbers, random.Random(5))
     inputs = {"q": [x.x for x in state.q], "v": [x.x for x in state.v], "a": [x.x for x in state.a], "p": []}
-    found = evaluator(system.program("inverse_dynamics_second_derivatives"))(numbers, inputs)
+    found = evaluate_in_field(system.program("inverse_dynamics_second_derivatives"), numbers, inputs)
     n = system.tree.nv
     for name in ("d2tau_dqdq", "d2tau_dvdv"):
         tensor = np.array(found[name], dtype=object).reshape(n, n, n)

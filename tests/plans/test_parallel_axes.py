@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction as F
+from functools import partial
 
 import pytest
 
@@ -14,12 +15,12 @@ from symgen.plans.build import build
 from symgen.plans.families import FAMILIES
 from symgen.plans.lagging import lagging
 from symgen.program.angles import register_sums
+from symgen.program.evaluate import evaluate_in_field
 from symgen.program.graph import Graph, extract
 from symgen.program.instructions import Port, Program, count
 from symgen.scene.load import load
 from symgen.scene.model import Body, Joint, Output, Scene, Transform
 from symgen.system import System, derive
-from tests.plans.test_against_literal import evaluator
 
 Y, MINUS_Y, Z = (F(0), F(1), F(0)), (F(0), F(-1), F(0)), (F(0), F(0), F(1))
 INERTIA = (F(1, 2), F(1, 3), F(2, 5), F(1, 100), F(1, 50), F(-1, 40))
@@ -46,7 +47,7 @@ def test_merged_plans_are_certified(axes: tuple[tuple[F, F, F], ...], row: str) 
     assert lagging(system.lowered.links)
     merged = build(system.lowered, system.natural, output, MERGED)
     assert any(_of_angles(merged, k) for k, step in enumerate(merged.instructions) if step.op in ("add", "sub"))
-    Certifier(system, row).certify(output, merged, [Candidate("merged", evaluator(merged))])
+    Certifier(system, row).certify(output, merged, [Candidate("merged", partial(evaluate_in_field, merged))])
 
 
 MERGED = replace(FAMILIES[0], merged=True)
@@ -63,7 +64,7 @@ def test_a_wrong_sum_of_angles_is_refused() -> None:
         other = step._replace(op="sub" if step.op == "add" else "add")
         wrong = replace(program, instructions=(*program.instructions[:k], other, *program.instructions[k + 1 :]))
         with pytest.raises(CertificateError):
-            Certifier(system, "x").certify(output, wrong, [Candidate("wrong", evaluator(wrong))])
+            Certifier(system, "x").certify(output, wrong, [Candidate("wrong", partial(evaluate_in_field, wrong))])
 
 
 def _of_angles(program: Program, k: int) -> bool:
@@ -79,7 +80,7 @@ def test_the_addition_theorem_holds_in_the_field() -> None:
     register_sums(program, numbers, inputs)
     p = numbers.p
     (c0, s0), (c1, s1), (c2, s2) = ((numbers.apply("cos", x), numbers.apply("sin", x)) for x in inputs["q"])
-    found = evaluator(program)(numbers, inputs)["y"]
+    found = evaluate_in_field(program, numbers, inputs)["y"]
     c01, s01 = (c0 * c1 - s0 * s1) % p, (s0 * c1 + c0 * s1) % p
     assert found[0] == (s01 * c2 - c01 * s2) % p
     assert found[1] == (c1 * c2 + s1 * s2) % p

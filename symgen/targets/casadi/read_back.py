@@ -22,7 +22,7 @@ import casadi
 
 from symgen.algebra.field import FieldNumbers, inverse
 from symgen.errors import CertificateError
-from symgen.program.evaluate import evaluate_residues
+from symgen.program.evaluate import evaluate_residues, outputs_of
 from symgen.program.instructions import Port, Program
 from symgen.targets.casadi.emit import casadi_names, matrix_shape
 from symgen.targets.casadi.numbers import SERIES_BELOW, SERIES_TERMS
@@ -198,10 +198,7 @@ def evaluate_mod(
     if any(instruction.op in ENTIRE for instruction in program.instructions):
         series = _SeriesNumbers(numbers.p, numbers.seed)
         wanted = evaluate_residues(program, series, inputs)
-        right = {
-            port.name: [wanted[i] for i in row] for port, row in zip(program.outputs, program.results, strict=True)
-        }
-        if _run(rows, function.sz_w(), program, series, inputs, wanted, True) != right:
+        if _run(rows, function.sz_w(), program, series, inputs, wanted, True) != outputs_of(program, wanted):
             raise CertificateError(f"{program.name}: a series of the CasADi function is not its function's")
     wanted = evaluate_residues(program, numbers, inputs)
     return _run(rows, function.sz_w(), program, numbers, inputs, wanted, False)
