@@ -12,7 +12,7 @@ from typing import Any
 from symgen.algebra.linear import ZERO, Vec, cross, is_zero, scale, vadd, vsub
 from symgen.plans.composite import composite_inertias, motions
 from symgen.plans.coriolis import first_moments, link_velocities
-from symgen.plans.fields import Wrench, field_wrench
+from symgen.plans.fields import Wrench, field_wrench, joined
 from symgen.plans.frames import in_ground, rotations
 from symgen.plans.inertia import Inertia
 from symgen.plans.walk import Links, Moving
@@ -77,7 +77,7 @@ def _momenta(links: Links, v: Sequence[Scalar]) -> list[Wrench]:
         found[at.link.index] = here
         return at.wrench_to_parent(*here) if at.link.parent >= 0 else here
 
-    links.inward("momentum", start, step, lambda x, y: (vadd(x[0], y[0]), vadd(x[1], y[1])))
+    links.inward("momentum", start, step, joined)
     return found
 
 

@@ -40,6 +40,11 @@ Wrench = tuple[Vec, Vec]
 """(force, moment about the link's origin), link axes."""
 
 
+def joined(x: Wrench, y: Wrench) -> Wrench:
+    """Two wrenches on one link."""
+    return vadd(x[0], y[0]), vadd(x[1], y[1])
+
+
 def field_wrench(inertia: Inertia, w: Vec, v: Vec) -> Wrench:
     """Of the field v + w × x: m v + w × h, (tr Σ − Σ) w + h × v."""
     force = vadd(scale(inertia.mass, v), cross(w, inertia.first))

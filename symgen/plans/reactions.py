@@ -10,6 +10,7 @@ from typing import Any
 
 from symgen.algebra.linear import Vec, cross, matvec, vadd, vsub
 from symgen.literal.reactions import End
+from symgen.plans.fields import Wrench, joined
 from symgen.plans.frames import to_link_frame
 from symgen.plans.recursive import link_motions, wrench
 from symgen.plans.walk import Links, Moving
@@ -28,18 +29,18 @@ def joint_wrenches(
         _pull(links, end, start)
     found: list[Vec] = [()] * len(links.tree.bodies)
 
-    def step(at: Moving, here: tuple[Vec, Vec]) -> tuple[Vec, Vec]:
+    def step(at: Moving, here: Wrench) -> Wrench:
         if at.link.carries:
             axes, shift = links.values.matrix(at.link.axes), links.values.vector(at.link.shift)
             force = matvec(axes, here[0])
             found[at.link.body] = (*force, *vadd(matvec(axes, here[1]), cross(shift, force)))
         return at.wrench_to_parent(*here) if at.link.parent >= 0 else here
 
-    links.inward("force", start, step, lambda x, y: (vadd(x[0], y[0]), vadd(x[1], y[1])))
+    links.inward("force", start, step, joined)
     return found
 
 
-def _pull(links: Links, end: End, wrenches: list[tuple[Vec, Vec]]) -> None:
+def _pull(links: Links, end: End, wrenches: list[Wrench]) -> None:
     """Take a spring's force off what the joints must transmit."""
     at = next(at for at in links.moving if at.link.body == end.body and at.link.carries)
     with links.phase(f"springs: {at.link.name}"):

@@ -12,6 +12,7 @@ from typing import Any
 
 from symgen.algebra.linear import ZERO, Mat, Vec, add, cross, is_zero, matvec, mul, neg, scale, sub, total, vadd
 from symgen.plans import free
+from symgen.plans.fields import Wrench, joined
 from symgen.plans.inertia import Inertia
 from symgen.plans.walk import BALL, FREE, TURN, Links, Moving
 
@@ -44,7 +45,7 @@ def spin_matrix(w: Vec, w_rate: Vec) -> tuple[Mat, Vec]:
     return u, (xx, yy, zz)
 
 
-def wrench(inertia: Inertia, motion: Motion) -> tuple[Vec, Vec]:
+def wrench(inertia: Inertia, motion: Motion) -> Wrench:
     """Force m a + U h, and moment about the origin: the axial part of UΣ − ΣUᵀ, plus h × a."""
     u, (sx, sy, sz), a = motion.u, motion.squares, motion.a
     xx, yy, zz, xy, xz, yz = inertia.second
@@ -130,14 +131,13 @@ def inverse_dynamics(links: Links, v: Sequence[Scalar], a: Sequence[Scalar], gra
     return tau
 
 
-def transmitted_wrenches(links: Links, motions: Sequence[Motion]) -> list[tuple[Vec, Vec]]:
+def transmitted_wrenches(links: Links, motions: Sequence[Motion]) -> list[Wrench]:
     """(force, moment about the link's origin) that each link's joint transmits to it, link axes: inward pass."""
-    found: list[tuple[Vec, Vec]] = [(ZERO, ZERO)] * len(links.moving)
+    found: list[Wrench] = [(ZERO, ZERO)] * len(links.moving)
 
-    def step(at: Moving, outer: tuple[Vec, Vec]) -> tuple[Vec, Vec]:
+    def step(at: Moving, outer: Wrench) -> Wrench:
         link = at.link
-        own_force, own_moment = wrench(links.inertias[link.index], motions[link.index])
-        force, moment = found[link.index] = vadd(own_force, outer[0]), vadd(own_moment, outer[1])
+        force, moment = found[link.index] = joined(wrench(links.inertias[link.index], motions[link.index]), outer)
         links.name(f"f_{link.name}", force)
         links.name(f"n_{link.name}", moment)
         if link.parent < 0:
@@ -149,5 +149,5 @@ def transmitted_wrenches(links: Links, motions: Sequence[Motion]) -> list[tuple[
             turned = vadd(turned, scale(links.tips[link.index], there))
         return turned, vadd(at.to_parent(moment), cross(at.offset, turned))
 
-    links.inward("force", found, step, lambda x, y: (vadd(x[0], y[0]), vadd(x[1], y[1])))
+    links.inward("force", found, step, joined)
     return found

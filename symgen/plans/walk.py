@@ -245,11 +245,6 @@ class Lowered:
         return any(parameter.name.endswith((".mass", ".com", ".inertia")) for parameter in self.scene.parameters)
 
     @cached_property
-    def loose(self) -> bool:
-        """True when origins of joints are run-time arguments: then links are lowered for every number type."""
-        return any(parameter.name.endswith((".xyz", ".rpy")) for parameter in self.scene.parameters)
-
-    @cached_property
     def _exact(self) -> tuple[Values, list[Inertia]]:
         values = Values(self.scene, Rationals())
         return values, link_inertias(self.tree, self.links, values)
@@ -266,7 +261,7 @@ class Lowered:
 
     def inertias(self, values: Values, regrouped: bool, tips: frozenset[int] = frozenset()) -> Grouped:
         """Of every link, and of ground, as scalars of the number type of ``values``."""
-        if not self.parametric and not self.loose:
+        if not self.parametric and not self.scene.runtime_origins:
             found = self._regrouped(tips) if regrouped else Grouped(self._exact[1], Inertia(), {})
             inertias = [_lift(inertia, values) for inertia in found.links]
             masses = {index: values.lift(mass) for index, mass in found.tips.items()}
@@ -276,7 +271,8 @@ class Lowered:
         return regroup(links, given, values) if regrouped else Grouped(given, Inertia(), {})
 
     def links_at(self, values: Values) -> tuple[Link, ...]:
-        return lower(self.tree, values) if self.loose else self.links
+        """The links, lowered for every number type where origins of joints are run-time arguments."""
+        return lower(self.tree, values) if self.scene.runtime_origins else self.links
 
     def joint_positions(self, values: Values, q: Sequence[Scalar]) -> list[Scalar]:
         """Positions of all joints, coupled ones included, from the coordinates q."""
