@@ -54,11 +54,10 @@ parameters: ["payload.*", "arm ?.mass"]
 outputs: [mass_matrix, forward_dynamics, "frame_pose:tcp"]
 """
 
-MODEL = """\
-<?xml version="1.0" encoding="utf-8"?>
-<!-- a comment -->
-<robot name="two arms">
-  <material name="blue"><color rgba="0 0 1 1"/></material>
+ROBOT = """\
+<?xml version="1.0"?>
+<robot name="two">
+  <material name="blue"/>
   <link name="base"/>
   <link name="arm 1">
     <inertial>
@@ -70,21 +69,39 @@ MODEL = """\
     <collision/>
   </link>
   <link name="slider"><inertial><mass value="1e-1"/><inertia ixx="1e-3" iyy="1e-3" izz="1e-3"/></inertial></link>
-  <link name="hand"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial></link>
   <joint name="turn" type="revolute">
     <parent link="base"/><child link="arm 1"/>
-    <origin xyz="0 0 0.5" rpy="0.1 -0.2 0.3"/>
+    <origin xyz="0 0 0.5" rpy="0 0 0"/>
     <axis xyz="0 0 2"/>
     <limit lower="-1" upper="1" effort="5" velocity="2"/>
     <dynamics damping="0.5" friction="0.1"/>
   </joint>
   <joint name="slide" type="prismatic">
-    <parent link="arm 1"/><child link="slider"/><mimic joint="turn" multiplier="2" offset="0.5"/>
+    <parent link="arm 1"/><child link="slider"/>
+    <mimic joint="turn"/>
   </joint>
-  <joint name="weld" type="fixed"><parent link="arm 1"/><child link="hand"/></joint>
   <transmission name="t"/>
 </robot>
 """
+RICHER = {
+    '<?xml version="1.0"?>': '<?xml version="1.0" encoding="utf-8"?>\n<!-- a comment -->',
+    'name="two"': 'name="two arms"',
+    '<material name="blue"/>': '<material name="blue"><color rgba="0 0 1 1"/></material>',
+    '  <joint name="turn"': '  <link name="hand"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial></link>\n  <joint name="turn"',
+    'xyz="0 0 0.5" rpy="0 0 0"': 'xyz="0 0 0.5" rpy="0.1 -0.2 0.3"',
+    '\n    <mimic joint="turn"/>': '<mimic joint="turn" multiplier="2" offset="0.5"/>',
+    "  <transmission": '  <joint name="weld" type="fixed"><parent link="arm 1"/><child link="hand"/></joint>\n  <transmission',
+}
+
+
+def richer(text: str) -> str:
+    """The robot with what a reader may stumble over besides."""
+    for plain, more in RICHER.items():
+        text = text.replace(plain, more, 1)
+    return text
+
+
+MODEL = richer(ROBOT)
 
 MUJOCO = """\
 <mujoco model="two">

@@ -4,14 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 import symgen
-from symgen.algebra.numbers import FloatNumbers, State
-from symgen.system import System
-
-Array = NDArray[np.float64]
 
 INERTIA = (0.11, 0.12, 0.13, 0.01, -0.02, 0.015)
 
@@ -70,21 +63,3 @@ MJCF = """
 <body name="tail" pos="0.3 0 0"><joint type="ball" pos="0 0 0.1"/><geom type="box" size="0.1 0.2 0.3"/></body>
 </body></worldbody></mujoco>
 """
-
-
-def random_states(system: System, count: int, seed: int = 7) -> tuple[Array, Array, Array]:
-    """q, v, a, one state per row; quaternions of unit length, angles within ±π."""
-    rng = np.random.default_rng(seed)
-    q = rng.uniform(-2.0, 2.0, (count, system.tree.nq))
-    for body in system.tree.bodies:
-        if body.nq > body.nv:
-            part = q[:, body.q + body.nq - 4 : body.q + body.nq]
-            part /= np.linalg.norm(part, axis=1, keepdims=True)
-    v, a = rng.uniform(-2.0, 2.0, (2, count, system.tree.nv))
-    return q, v, a
-
-
-def ours(system: System, name: str, **state: Any) -> Array:
-    given = {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in state.items()}
-    (found,) = system.evaluate(name, FloatNumbers(), State(**given)).values()
-    return np.array(found, dtype=float)

@@ -15,7 +15,8 @@ from symgen.conventions.quaternions import of_rotation, product, rotated, rotate
 from symgen.errors import NotSupportedError, SceneError
 from symgen.scene.load import load
 from symgen.system import System, derive
-from tests.conventions.robots import URDF, branched_scene, random_states
+from tests.conventions.robots import URDF, branched_scene
+from tests.states import random_states
 
 CONVENTIONS = ("world", "body", "mixed")
 

@@ -15,7 +15,8 @@ import symgen
 from symgen.conventions import Converter, from_mujoco, from_pinocchio, to_mujoco, to_pinocchio
 from symgen.scene.load import load
 from symgen.system import System, derive
-from tests.conventions.robots import MJCF, URDF, branched_scene, ours, random_states
+from tests.conventions.robots import MJCF, URDF, branched_scene
+from tests.states import ours, random_states
 
 Array = NDArray[np.float64]
 CONVENTIONS = ("world", "body", "mixed")

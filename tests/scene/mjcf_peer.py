@@ -8,38 +8,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from symgen.algebra.numbers import FloatNumbers, State
 from symgen.conventions import from_mujoco, to_mujoco
 from symgen.scene.load import load
 from symgen.scene.model import Scene
-from symgen.system import System, derive
+from symgen.system import derive
 from symgen.validation.mujoco_model import full_mass_matrix
-
-Array = NDArray[np.float64]
+from tests.states import ours, random_states
 
 
 def mixed(scene: Scene) -> Scene:
     return replace(scene, options=replace(scene.options, base_velocity="mixed"))
-
-
-def random_states(system: System, count: int, seed: int = 1) -> tuple[Array, Array, Array]:
-    """q, v, a, one state per row, quaternions of unit length."""
-    rng = np.random.default_rng(seed)
-    q = rng.uniform(-2.0, 2.0, (count, system.tree.nq))
-    for body in system.tree.bodies:
-        if body.nq > body.nv:
-            part = q[:, body.q + body.nq - 4 : body.q + body.nq]
-            part /= np.linalg.norm(part, axis=1, keepdims=True)
-    v, a = rng.uniform(-2.0, 2.0, (2, count, system.tree.nv))
-    return q, v, a
-
-
-def ours(system: System, name: str, **state: Array) -> Array:
-    given: dict[str, Any] = {key: value.tolist() for key, value in state.items()}
-    (found,) = system.evaluate(name, FloatNumbers(), State(**given)).values()
-    return np.array(found, dtype=float)
 
 
 def peer(path: Path) -> Any:

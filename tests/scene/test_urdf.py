@@ -17,36 +17,7 @@ from symgen.scene.lock import joint_transform
 from symgen.scene.model import IDENTITY3, Mimic, Scene, Transform
 from symgen.scene.mounts import compose
 from tests.scene.robots import PANDA, UR5, robot
-
-GOOD = """\
-<?xml version="1.0"?>
-<robot name="two">
-  <material name="blue"/>
-  <link name="base"/>
-  <link name="arm 1">
-    <inertial>
-      <origin xyz="0.1 0 0" rpy="0 0 1.5707963267948966"/>
-      <mass value="2"/>
-      <inertia ixx="0.1" iyy="0.2" izz="0.25" ixy="0.01" ixz="0" iyz="0"/>
-    </inertial>
-    <visual><geometry><mesh filename="package://x/y.stl"/></geometry></visual>
-    <collision/>
-  </link>
-  <link name="slider"><inertial><mass value="1e-1"/><inertia ixx="1e-3" iyy="1e-3" izz="1e-3"/></inertial></link>
-  <joint name="turn" type="revolute">
-    <parent link="base"/><child link="arm 1"/>
-    <origin xyz="0 0 0.5" rpy="0 0 0"/>
-    <axis xyz="0 0 2"/>
-    <limit lower="-1" upper="1" effort="5" velocity="2"/>
-    <dynamics damping="0.5" friction="0.1"/>
-  </joint>
-  <joint name="slide" type="prismatic">
-    <parent link="arm 1"/><child link="slider"/>
-    <mimic joint="turn"/>
-  </joint>
-  <transmission name="t"/>
-</robot>
-"""
+from tools.seeds import ROBOT as GOOD
 
 
 def write(folder: Path, text: str, name: str = "two.urdf") -> Path:
