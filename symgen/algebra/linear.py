@@ -33,29 +33,33 @@ def known_value(x: Scalar) -> int | Fraction | None:
 
 
 def add(x: Scalar, y: Scalar) -> Scalar:
-    if is_zero(x):
+    if type(x) is int and x == 0:  # `is_zero` written out, here and below: these are called millions of times
         return y
-    return x if is_zero(y) else x + y
+    return x if type(y) is int and y == 0 else x + y
 
 
 def sub(x: Scalar, y: Scalar) -> Scalar:
-    if is_zero(y):
+    if type(y) is int and y == 0:
         return x
-    return -y if is_zero(x) else x - y
+    return -y if type(x) is int and x == 0 else x - y
 
 
 def mul(x: Scalar, y: Scalar) -> Scalar:
-    if is_zero(x) or is_zero(y):
-        return 0
-    if type(x) is int and x == 1:
-        return y
-    if type(y) is int and y == 1:
-        return x
+    if type(x) is int:
+        if x == 0:
+            return 0
+        if x == 1:
+            return y
+    if type(y) is int:
+        if y == 0:
+            return 0
+        if y == 1:
+            return x
     return x * y
 
 
 def neg(x: Scalar) -> Scalar:
-    return sub(0, x)
+    return 0 if type(x) is int and x == 0 else -x
 
 
 def half(x: Scalar) -> Scalar:
@@ -68,28 +72,34 @@ def half(x: Scalar) -> Scalar:
 def total(terms: Iterable[Scalar]) -> Scalar:
     result: Scalar = 0
     for term in terms:
-        result = add(result, term)
+        if type(term) is not int or term != 0:
+            result = add(result, term)
     return result
 
 
 def dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
-    return total(mul(x, y) for x, y in zip(a, b, strict=True))
+    result: Scalar = 0
+    for x, y in zip(a, b, strict=True):
+        if (type(x) is int and x == 0) or (type(y) is int and y == 0):
+            continue
+        result = add(result, mul(x, y))
+    return result
 
 
 def vadd(a: Vec, b: Vec) -> Vec:
-    return tuple(add(x, y) for x, y in zip(a, b, strict=True))
+    return tuple([add(x, y) for x, y in zip(a, b, strict=True)])
 
 
 def vsub(a: Vec, b: Vec) -> Vec:
-    return tuple(sub(x, y) for x, y in zip(a, b, strict=True))
+    return tuple([sub(x, y) for x, y in zip(a, b, strict=True)])
 
 
 def vneg(a: Vec) -> Vec:
-    return tuple(sub(0, x) for x in a)
+    return tuple([sub(0, x) for x in a])
 
 
 def scale(s: Scalar, a: Vec) -> Vec:
-    return tuple(mul(s, x) for x in a)
+    return tuple([mul(s, x) for x in a])
 
 
 def cross(a: Vec, b: Vec) -> Vec:
@@ -111,17 +121,17 @@ def transpose(m: Mat) -> Mat:
 
 
 def matvec(m: Mat, x: Vec) -> Vec:
-    return tuple(dot(row, x) for row in m)
+    return tuple([dot(row, x) for row in m])
 
 
 def vecmat(x: Vec, m: Mat) -> Vec:
     """xᵀ m, that is mᵀ x."""
-    return tuple(dot(x, column) for column in zip(*m, strict=True))
+    return tuple([dot(x, column) for column in zip(*m, strict=True)])
 
 
 def matmul(a: Mat, b: Mat) -> Mat:
     columns = transpose(b)
-    return tuple(tuple(dot(row, column) for column in columns) for row in a)
+    return tuple([tuple([dot(row, column) for column in columns]) for row in a])
 
 
 def madd(a: Mat, b: Mat) -> Mat:

@@ -102,15 +102,10 @@ def _turning_groups(b: Builder) -> list[int]:
 def _tensor(b: Builder, matrix: Sequence[Sequence[Scalar]], name: str, mirrored: Any) -> list[Matrix]:
     """[i][j][k] = derivative of matrix[i][j] along direction k of ``name``; mirrored entries are [i][k][j]."""
     nv = b.tree.nv
-    found = [[[0] * nv for _ in range(nv)] for _ in range(nv)]
+    wanted = [sum(1 << k for k in range(nv) if not mirrored(j, k)) for j in range(nv)]
     with b.graph.phase(f"second derivatives along {name}"):
-        for k, seed in enumerate(seeds(b, name)):
-            kept = [j for j in range(nv) if not mirrored(j, k)]
-            roots = [matrix[i][j] for i in range(nv) for j in kept]
-            rates = iter(tangents(b.graph, roots, [seed])[0])
-            for i in range(nv):
-                for j in kept:
-                    found[i][j][k] = next(rates)
+        rates = tangents(b.graph, [x for row in matrix for x in row], seeds(b, name), wanted * nv)
+    found = [[[rates[k][i * nv + j] for k in range(nv)] for j in range(nv)] for i in range(nv)]
     for j in range(nv):
         for k in range(nv):
             if mirrored(j, k):

@@ -7,6 +7,8 @@ zero (int 0) costs nothing. The results are nodes of the same graph, exact like 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import reduce
+from operator import or_
 from typing import Any
 
 from symgen.algebra.linear import add, is_zero, mul, neg, sub
@@ -56,21 +58,79 @@ def _partials(graph: Graph, node: Node) -> tuple[Scalar, ...]:
     return rule(graph, node)
 
 
-def tangents(graph: Graph, roots: Sequence[Scalar], seeds: Sequence[Mapping[Node, Scalar]]) -> list[list[Scalar]]:
-    """Per seed (input node → its rate), the rates of the roots."""
+def tangents(
+    graph: Graph,
+    roots: Sequence[Scalar],
+    seeds: Sequence[Mapping[Node, Scalar]],
+    wanted: Sequence[int] | None = None,
+) -> list[list[Scalar]]:
+    """Per seed (input node → its rate), the rates of the roots. ``wanted``: per root, the seeds along which its rate is
+    asked for, as the bits of a number (all of them if left out); where it is not, 0 stands."""
     live = _live(roots)
+    needed = _needed(live, roots, seeds, wanted)
     found = []
-    for seed in seeds:
+    for k, seed in enumerate(seeds):
         rates: dict[int, Scalar] = {node.number: rate for node, rate in seed.items()}
-        for node in live:
-            if not node.args or all(is_zero(rates.get(arg.number, 0)) for arg in node.args):
-                continue
-            rate: Scalar = 0
-            for arg, partial in zip(node.args, _partials(graph, node), strict=True):
-                rate = _accumulate(rate, partial, rates.get(arg.number, 0))
-            rates[node.number] = rate
-        found.append([rates.get(root.number, 0) if type(root) is Node else 0 for root in roots])
+        for node in needed[k]:
+            rates[node.number] = _rate(graph, node, rates)
+        bit = 1 << k
+        asked = [wanted is None or wanted[i] & bit for i in range(len(roots))]
+        found.append(
+            [
+                rates.get(root.number, 0) if ask and type(root) is Node else 0
+                for root, ask in zip(roots, asked, strict=True)
+            ]
+        )
     return found
+
+
+def _needed(
+    live: Sequence[Node],
+    roots: Sequence[Scalar],
+    seeds: Sequence[Mapping[Node, Scalar]],
+    wanted: Sequence[int] | None,
+) -> list[list[Node]]:
+    """Per seed, the nodes that have a rate along it which a root that asks for it depends on, in the order made."""
+    every = (1 << len(seeds)) - 1
+    moved: dict[int, int] = {}
+    for k, seed in enumerate(seeds):
+        for node, rate in seed.items():
+            if not is_zero(rate):
+                moved[node.number] = moved.get(node.number, 0) | 1 << k
+    for node in live:
+        if node.args:
+            moved[node.number] = reduce(or_, [moved.get(arg.number, 0) for arg in node.args])
+    asked: dict[int, int] = {}
+    for root, mask in zip(roots, wanted or [every] * len(roots), strict=True):
+        if type(root) is Node:
+            asked[root.number] = asked.get(root.number, 0) | mask
+    found: list[list[Node]] = [[] for _ in seeds]
+    for node in reversed(live):
+        both = asked.get(node.number, 0) & moved.get(node.number, 0)
+        if not both or not node.args:
+            continue
+        for arg in node.args:
+            asked[arg.number] = asked.get(arg.number, 0) | both
+        while both:
+            found[both.bit_length() - 1].append(node)
+            both &= ~(1 << both.bit_length() - 1)
+    for nodes in found:
+        nodes.reverse()
+    return found
+
+
+def _rate(graph: Graph, node: Node, rates: Mapping[int, Scalar]) -> Scalar:
+    op = node.op
+    if op in ("add", "sub", "mul"):
+        x, y = node.args
+        dx, dy = rates.get(x.number, 0), rates.get(y.number, 0)
+        if op == "mul":
+            return add(mul(y, dx), mul(x, dy))
+        return add(dx, dy) if op == "add" else sub(dx, dy)
+    rate: Scalar = 0
+    for arg, partial in zip(node.args, _partials(graph, node), strict=True):
+        rate = _accumulate(rate, partial, rates.get(arg.number, 0))
+    return rate
 
 
 def _accumulate(total: Scalar, partial: Scalar, x: Scalar) -> Scalar:

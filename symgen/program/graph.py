@@ -10,20 +10,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
+from itertools import compress
 from typing import Any
 
 from symgen.program.instructions import Instruction, Port, Program
-from symgen.program.rules import COMMUTATIVE, RULES
-
-_CHECKS = {op: tuple(rule for _, rule in rows) for op, rows in RULES.items()}
+from symgen.program.rules import BINARY, COMMUTATIVE, UNARY
 
 
 class Node:
     """One value of the graph. Arithmetic on nodes makes nodes."""
 
-    __slots__ = ("args", "graph", "label", "number", "op", "phase", "value")
+    __slots__ = ("args", "core", "graph", "label", "number", "op", "phase", "value")
 
-    def __init__(self, graph: Graph, number: int, op: str, args: tuple[Node, ...], value: Any) -> None:
+    def __init__(self, graph: Graph, number: int, op: str, args: tuple[Node, ...], value: Any, core: int) -> None:
         self.graph = graph
         self.number = number
         self.op = op
@@ -31,33 +30,35 @@ class Node:
         self.value = value
         self.label = ""
         self.phase = graph.current_phase
+        self.core = core
+        """Number of what a constant is multiplied with here, or of the node itself."""
 
     def __add__(self, other: Any) -> Node:
-        return self.graph.add(self, other if type(other) is Node else self.graph.const(other))
+        return self.graph.binary("add", self, other if type(other) is Node else self.graph.const(other))
 
     def __radd__(self, other: Any) -> Node:
-        return self.graph.add(self.graph.const(other), self)
+        return self.graph.binary("add", self.graph.const(other), self)
 
     def __sub__(self, other: Any) -> Node:
-        return self.graph.sub(self, other if type(other) is Node else self.graph.const(other))
+        return self.graph.binary("sub", self, other if type(other) is Node else self.graph.const(other))
 
     def __rsub__(self, other: Any) -> Node:
-        return self.graph.sub(self.graph.const(other), self)
+        return self.graph.binary("sub", self.graph.const(other), self)
 
     def __mul__(self, other: Any) -> Node:
-        return self.graph.mul(self, other if type(other) is Node else self.graph.const(other))
+        return self.graph.binary("mul", self, other if type(other) is Node else self.graph.const(other))
 
     def __rmul__(self, other: Any) -> Node:
-        return self.graph.mul(self.graph.const(other), self)
+        return self.graph.binary("mul", self.graph.const(other), self)
 
     def __truediv__(self, other: Any) -> Node:
-        return self.graph.div(self, other if type(other) is Node else self.graph.const(other))
+        return self.graph.binary("div", self, other if type(other) is Node else self.graph.const(other))
 
     def __rtruediv__(self, other: Any) -> Node:
-        return self.graph.div(self.graph.const(other), self)
+        return self.graph.binary("div", self.graph.const(other), self)
 
     def __neg__(self) -> Node:
-        return self.graph.neg(self)
+        return self.graph.unary("neg", self)
 
     def __repr__(self) -> str:
         if self.op == "const":
@@ -73,6 +74,7 @@ class Graph:
     def __init__(self) -> None:
         self.nodes: list[Node] = []
         self._known: dict[tuple[Any, ...], Node] = {}
+        self._constants: dict[tuple[int, int], Node] = {}
         self.current_phase = ""
 
     @contextmanager
@@ -84,19 +86,23 @@ class Graph:
         finally:
             self.current_phase = before
 
-    def _make(self, key: tuple[Any, ...], op: str, args: tuple[Node, ...], value: Any) -> Node:
-        node = Node(self, len(self.nodes), op, args, value)
-        self.nodes.append(node)
-        self._known[key] = node
-        return node
-
     def const(self, value: Fraction | int) -> Node:
-        key = ("const", value.numerator, value.denominator)  # cheaper to hash than the Fraction
-        return self._known.get(key) or self._make(key, "const", (), Fraction(value))
+        key = value.as_integer_ratio()  # cheaper to hash than the Fraction
+        known = self._constants.get(key)
+        if known is None:
+            number = len(self.nodes)
+            known = self._constants[key] = Node(self, number, "const", (), Fraction(value), number)
+            self.nodes.append(known)
+        return known
 
     def input(self, name: str, index: int) -> Node:
         key = ("input", name, index)
-        return self._known.get(key) or self._make(key, "input", (), (name, index))
+        known = self._known.get(key)
+        if known is None:
+            number = len(self.nodes)
+            known = self._known[key] = Node(self, number, "input", (), (name, index), number)
+            self.nodes.append(known)
+        return known
 
     def inputs(self, name: str, size: int) -> tuple[Node, ...]:
         return tuple(self.input(name, index) for index in range(size))
@@ -106,33 +112,47 @@ class Graph:
         return self._known.get((op, x.number, y.number))
 
     def binary(self, op: str, x: Node, y: Node) -> Node:
-        if op in COMMUTATIVE and (y.op == "const" or (x.op != "const" and y.number < x.number)):
+        if op in COMMUTATIVE and (y.op == "const" or (y.number < x.number and x.op != "const")):
             x, y = y, x
         key = (op, x.number, y.number)
         known = self._known.get(key)
         if known is not None:
             return known
-        for rule in _CHECKS[op]:
+        for rule in BINARY[op][x.op][y.op]:
             simpler = rule(self, x, y)
             if simpler is not None:
                 return simpler
-        return self._make(key, op, (x, y), None)
+        return self._make(key, op, (x, y))
 
     def unary(self, op: str, x: Node) -> Node:
         key = (op, x.number)
         known = self._known.get(key)
         if known is not None:
             return known
-        for rule in _CHECKS[op]:
+        for rule in UNARY[op][x.op]:
             simpler = rule(self, x)
             if simpler is not None:
                 return simpler
-        return self._make(key, op, (x,), None)
+        return self._make(key, op, (x,))
+
+    def _make(self, key: tuple[Any, ...], op: str, args: tuple[Node, ...]) -> Node:
+        number = len(self.nodes)
+        scaled = op == "mul" and args[0].op == "const"
+        node = Node(self, number, op, args, None, args[1].number if scaled else number)
+        self.nodes.append(node)
+        self._known[key] = node
+        return node
 
     def raw(self, op: str, *args: Node) -> Node:
         """A node exactly as written: shared, but not simplified."""
-        key = (op, *(x.number for x in args))
-        return self._known.get(key) or self._make(key, op, args, None)
+        key = (op, *[x.number for x in args])
+        return self._known.get(key) or self._make(key, op, args)
+
+    def forget(self) -> None:
+        """Let go of all nodes, which otherwise wait for the garbage collector: they and their graph know each other."""
+        self.nodes.clear()
+        self._known.clear()
+        self._constants.clear()
 
     def add(self, x: Node, y: Node) -> Node:
         return self.binary("add", x, y)
@@ -189,26 +209,28 @@ def extract(
 ) -> Program:
     """The program that computes ``results`` (scalars per output, row-major): live nodes only, in the order made."""
     wanted = [[x if type(x) is Node else graph.const(x) for x in row] for row in results]
-    live: set[int] = set()
-    stack = [node for row in wanted for node in row] + list(guards)
-    while stack:
-        node = stack.pop()
-        if node.number not in live:
-            live.add(node.number)
-            stack.extend(node.args)
-    place: dict[int, int] = {}
+    nodes = graph.nodes
+    live = bytearray(len(nodes))
+    for row in (*wanted, guards):
+        for node in row:
+            live[node.number] = 1
+    for node in reversed(nodes):  # arguments come before what is made of them
+        if live[node.number]:
+            for argument in node.args:
+                live[argument.number] = 1
+    place = [0] * len(nodes)
     instructions: list[Instruction] = []
-    for number in sorted(live):
-        node = graph.nodes[number]
-        place[number] = len(instructions)
-        args = tuple(place[a.number] for a in node.args)
-        instructions.append(Instruction(node.op, args, node.value, node.label, node.phase))
+    new: Any = tuple.__new__  # what the named tuple's own constructor does, at a third of its time
+    for node in compress(nodes, live):
+        place[node.number] = len(instructions)
+        args = tuple([place[a.number] for a in node.args])
+        instructions.append(new(Instruction, (node.op, args, node.value, node.label, node.phase)))
     return Program(
         name=name,
         inputs=inputs,
         outputs=outputs,
         instructions=tuple(instructions),
-        results=tuple(tuple(place[node.number] for node in row) for row in wanted),
+        results=tuple(tuple([place[node.number] for node in row]) for row in wanted),
         guards=tuple(dict.fromkeys(place[node.number] for node in guards)),
         plan=plan,
         summary=summary,

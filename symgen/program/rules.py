@@ -7,8 +7,11 @@ is an identity over the rationals (and hence over GF(p)); none depends on roundi
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
+
+from symgen.program.instructions import OPERATIONS
 
 if TYPE_CHECKING:
     from symgen.program.graph import Graph, Node
@@ -20,11 +23,13 @@ def _value(x: Node) -> Fraction | None:
     return x.value if x.op == "const" else None
 
 
-def _coefficient(x: Node) -> tuple[Fraction, Node]:
-    """x as (constant, rest)."""
-    if x.op == "mul" and x.args[0].op == "const":
-        return x.args[0].value, x.args[1]
-    return Fraction(1), x
+def _coefficient(x: Node) -> Fraction | int:
+    """The constant that x is its core times."""
+    return 1 if x.core == x.number else x.args[0].value
+
+
+def _core(x: Node) -> Node:
+    return x if x.core == x.number else x.args[1]
 
 
 def add_constants(g: Graph, x: Node, y: Node) -> Node | None:
@@ -84,8 +89,9 @@ def add_negated(g: Graph, x: Node, y: Node) -> Node | None:
 
 
 def add_like_terms(g: Graph, x: Node, y: Node) -> Node | None:
-    (a, rest), (b, other) = _coefficient(x), _coefficient(y)
-    return g.mul(g.const(a + b), rest) if rest is other and rest.op != "const" else None
+    if x.core != y.core or x.op == "const":
+        return None
+    return g.mul(g.const(_coefficient(x) + _coefficient(y)), _core(x))
 
 
 def add_undo_subtraction(g: Graph, x: Node, y: Node) -> Node | None:
@@ -118,8 +124,9 @@ def sub_negated(g: Graph, x: Node, y: Node) -> Node | None:
 
 
 def sub_like_terms(g: Graph, x: Node, y: Node) -> Node | None:
-    (a, rest), (b, other) = _coefficient(x), _coefficient(y)
-    return g.mul(g.const(a - b), rest) if rest is other and rest.op != "const" else None
+    if x.core != y.core or x.op == "const":
+        return None
+    return g.mul(g.const(_coefficient(x) - _coefficient(y)), _core(x))
 
 
 def sub_undo(g: Graph, x: Node, y: Node) -> Node | None:
@@ -222,46 +229,94 @@ def at_zero(value: Fraction) -> Rule:
     return rule
 
 
-RULES: dict[str, tuple[tuple[str, Rule], ...]] = {
+@dataclass(frozen=True)
+class Row:
+    """One rule. ``may`` says for which operations of its arguments (one name each, "" where there is no second) it has
+    to be tried at all."""
+
+    says: str
+    rule: Rule
+    may: Callable[[str, str], bool]
+
+
+def _either(*ops: str) -> Callable[[str, str], bool]:
+    return lambda x, y: x in ops or y in ops
+
+
+def _same(*ops: str) -> Callable[[str, str], bool]:
+    return lambda x, y: x == y and (not ops or x in ops)
+
+
+def _sum_and_constant(x: str, y: str) -> bool:
+    return (x == "const" and y in SUMS) or (y == "const" and x in SUMS)
+
+
+def _like(x: str, y: str) -> bool:
+    return x == y or "mul" in (x, y)
+
+
+SUMS = ("add", "sub")
+_constant, _negated = _either("const"), _either("neg")
+
+RULES: dict[str, tuple[Row, ...]] = {
     "add": (
-        ("a + b → constant; x + 0 → x", add_constants),
-        ("(−a) + x → x − a", add_negative_constant),
-        ("a + (b ± x) → (a + b) ± x", add_nested_constant),
-        ("x + (−y) → x − y", add_negated),
-        ("a·x + b·x → (a+b)·x", add_like_terms),
-        ("(x − y) + y → x", add_undo_subtraction),
-        ("(x + z) + (y − z) → x + y", add_cancel),
+        Row("a + b → constant; x + 0 → x", add_constants, _constant),
+        Row("(−a) + x → x − a", add_negative_constant, _constant),
+        Row("a + (b ± x) → (a + b) ± x", add_nested_constant, _sum_and_constant),
+        Row("x + (−y) → x − y", add_negated, _negated),
+        Row("a·x + b·x → (a+b)·x", add_like_terms, _like),
+        Row("(x − y) + y → x", add_undo_subtraction, _either("sub")),
+        Row("(x + z) + (y − z) → x + y", add_cancel, lambda x, y: {x, y} == set(SUMS)),
     ),
     "sub": (
-        ("a − b → constant; x − 0 → x; 0 − y → −y", sub_constants),
-        ("x − (−a) → x + a", sub_negative_constant),
-        ("a − (b ± x) → (a − b) ∓ x; (b ± x) − a → (b − a) ± x", sub_nested_constant),
-        ("x − (−y) → x + y; (−x) − y → −(x + y)", sub_negated),
-        ("a·x − b·x → (a−b)·x; x − x → 0", sub_like_terms),
-        ("(x + y) − y → x; (x − y) − x → −y; x − (x − y) → y", sub_undo),
-        ("(x + z) − (y + z) → x − y; (x − z) − (y − z) → x − y; (z − x) − (z − y) → y − x", sub_cancel),
-        ("x − y → −(y − x) where y − x exists", sub_reversed_exists),
+        Row("a − b → constant; x − 0 → x; 0 − y → −y", sub_constants, _constant),
+        Row("x − (−a) → x + a", sub_negative_constant, _constant),
+        Row("a − (b ± x) → (a − b) ∓ x; (b ± x) − a → (b − a) ± x", sub_nested_constant, _sum_and_constant),
+        Row("x − (−y) → x + y; (−x) − y → −(x + y)", sub_negated, _negated),
+        Row("a·x − b·x → (a−b)·x; x − x → 0", sub_like_terms, _like),
+        Row("(x + y) − y → x; (x − y) − x → −y; x − (x − y) → y", sub_undo, _either(*SUMS)),
+        Row(
+            "(x + z) − (y + z) → x − y; (x − z) − (y − z) → x − y; (z − x) − (z − y) → y − x", sub_cancel, _same(*SUMS)
+        ),
+        Row("x − y → −(y − x) where y − x exists", sub_reversed_exists, lambda x, y: True),
     ),
     "mul": (
-        ("a·b → constant; 0·x → 0; 1·x → x; (−a)·x → −(a·x)", mul_constants),
-        ("(−x)·y → −(x·y)", mul_negated),
-        ("a·(b·x) → (ab)·x", mul_nested_constant),
+        Row("a·b → constant; 0·x → 0; 1·x → x; (−a)·x → −(a·x)", mul_constants, _constant),
+        Row("(−x)·y → −(x·y)", mul_negated, _negated),
+        Row("a·(b·x) → (ab)·x", mul_nested_constant, lambda x, y: {x, y} == {"const", "mul"}),
     ),
     "neg": (
-        ("−a → constant", neg_constant),
-        ("−(−x) → x", neg_negated),
-        ("−(x − y) → y − x where y − x exists", neg_reversed_exists),
+        Row("−a → constant", neg_constant, _constant),
+        Row("−(−x) → x", neg_negated, _negated),
+        Row("−(x − y) → y − x where y − x exists", neg_reversed_exists, _either("sub")),
     ),
     "div": (
-        ("x / a → (1/a)·x; 0 / x → 0", div_constants),
-        ("(−x) / y → −(x / y)", div_negated),
-        ("x / x → 1", div_same),
+        Row("x / a → (1/a)·x; 0 / x → 0", div_constants, _constant),
+        Row("(−x) / y → −(x / y)", div_negated, _negated),
+        Row("x / x → 1", div_same, _same()),
     ),
     "sqrt": (),  # a field may take the other root: √4 stays as it is
-    "cos": (("cos 0 → 1", at_zero(Fraction(1))), ("cos(−x) → cos x", even_function)),
-    "sin": (("sin 0 → 0", at_zero(Fraction(0))), ("sin(−x) → −sin x", odd_function)),
-    "cos_sqrt": (("1 at 0", at_zero(Fraction(1))),),
-    "sinc_sqrt": (("1 at 0", at_zero(Fraction(1))),),
-    "sinc3_sqrt": (("1/6 at 0", at_zero(Fraction(1, 6))),),
+    "cos": (
+        Row("cos 0 → 1", at_zero(Fraction(1)), _constant),
+        Row("cos(−x) → cos x", even_function, _negated),
+    ),
+    "sin": (
+        Row("sin 0 → 0", at_zero(Fraction(0)), _constant),
+        Row("sin(−x) → −sin x", odd_function, _negated),
+    ),
+    "cos_sqrt": (Row("1 at 0", at_zero(Fraction(1)), _constant),),
+    "sinc_sqrt": (Row("1 at 0", at_zero(Fraction(1)), _constant),),
+    "sinc3_sqrt": (Row("1/6 at 0", at_zero(Fraction(1, 6)), _constant),),
 }
 COMMUTATIVE = frozenset({"add", "mul"})
+
+
+def _to_try(op: str, x: str, y: str) -> tuple[Rule, ...]:
+    return tuple(row.rule for row in RULES[op] if row.may(x, y))
+
+
+BINARY = {
+    op: {x: {y: _to_try(op, x, y) for y in OPERATIONS} for x in OPERATIONS} for op in RULES if OPERATIONS[op] == 2
+}
+"""Operation → those of its arguments → the rules to try, in their order."""
+UNARY = {op: {x: _to_try(op, x, "") for x in OPERATIONS} for op in RULES if OPERATIONS[op] == 1}

@@ -18,7 +18,7 @@ from symgen.program.evaluate import evaluate, evaluate_all, evaluate_residues
 from symgen.program.graph import Graph, Node, extract
 from symgen.program.instructions import OPERATIONS, Instruction, Port, Program, count
 from symgen.program.passes import common_factor, fold_negations, optimise
-from symgen.program.rules import RULES
+from symgen.program.rules import COMMUTATIVE, RULES
 
 CONSTANTS = (F(0), F(1), F(-1), F(2), F(-2), F(1, 3), F(-5, 7))
 BINARY = ("add", "sub", "mul", "div")
@@ -81,6 +81,23 @@ def test_simplified_programs_compute_the_same(seed: int, length: int) -> None:
     for version in (program, common_factor(program), fold_negations(program), optimise(program)):
         assert list(evaluate(version, numbers, {"x": inputs})["y"]) == expected
     assert count(optimise(program)).flops <= count(program).flops
+
+
+@given(st.integers(0, 2**32))
+@settings(max_examples=30, deadline=None)
+def test_rules_that_are_not_tried_would_not_apply(seed: int) -> None:
+    rng = random.Random(seed)
+    graph = Graph()
+    run(random_recipe(rng, 60), graph, graph.inputs("x", 4))
+    for _ in range(400):
+        op, x, y = rng.choice(BINARY), rng.choice(graph.nodes), rng.choice(graph.nodes)
+        if op in COMMUTATIVE and y.op == "const":
+            x, y = y, x
+        for row in RULES[op]:
+            assert row.may(x.op, y.op) or row.rule(graph, x, y) is None
+        for op in UNARY:
+            for row in RULES[op]:
+                assert row.may(x.op, "") or row.rule(graph, x) is None
 
 
 @given(st.integers(0, 2**32))
