@@ -119,6 +119,17 @@ def turn_second(c: Scalar, s: Scalar, second: Six) -> Six:
     )
 
 
+def turn_matrix(c: Scalar, s: Scalar, m: Mat) -> Mat:
+    """A matrix turned about z on both sides: as `turn_second`, what is antisymmetric about z staying as it is."""
+    if is_zero(s):
+        return m
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = m
+    u = sub(mul(c, sub(xx, yy)), mul(s, add(xy, yx)))
+    (xz, yz, _), (zx, zy, _) = turn_vector(c, s, (xz, yz, 0)), turn_vector(c, s, (zx, zy, 0))
+    along, across = mul(c, u), mul(s, u)
+    return (add(yy, along), add(xy, across), xz), (add(yx, across), sub(xx, along), yz), (zx, zy, zz)
+
+
 def shift(inertia: Inertia, offset: Vec) -> Inertia:
     """The same inertia about a point ``offset`` behind its origin (x ↦ x + offset)."""
     h, r, m = inertia.first, offset, inertia.mass

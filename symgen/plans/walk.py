@@ -36,6 +36,7 @@ from symgen.plans.inertia import (
     rotate_second,
     shift,
     turn_back,
+    turn_matrix,
     turn_second,
     turn_vector,
 )
@@ -98,8 +99,10 @@ class Moving:
 
     def matrix_to_parent(self, m: Mat) -> Mat:
         """E m Eᵀ of a general matrix."""
-        rows = transpose(tuple(self.to_parent(column) for column in transpose(m)))
-        return tuple(self.to_parent(row) for row in rows)
+        if self.whole is not None:
+            return matmul(matmul(self.whole, m), transpose(self.whole))
+        m = matmul(matmul(self.turn, turn_matrix(self.c, self.s, m)), transpose(self.turn))
+        return m if self.outer is None else turn_matrix(*self.outer, m)
 
     def inertia_to_parent(self, inertia: Inertia) -> Inertia:
         polar = inertia.about_z if self.link.planar else None
