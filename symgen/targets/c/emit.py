@@ -77,15 +77,15 @@ def emit_c(name: str, programs: Sequence[Program], info: Info) -> Emitted:
     if name.lower() in _LIBRARY_HEADERS:
         raise SceneError(f"a scene named {name} would make {name}.h hide the C library's; choose another name", "name")
     precision = PRECISIONS[info.options.precision]
-    kept, notes = _without_empty_outputs(programs)
+    kept, notes = without_empty_outputs(programs)
     info = replace(info, notes=(*info.notes, *notes))
     names = symbols(name, kept, precision, info.options.batch)
     taken = Names([*HELPERS, *(s for row in names for s in row.all)])
     table = constant_table(kept, precision, taken)
-    functions = _functions(info.options.trigonometry, precision)
+    functions = c_functions(info.options.trigonometry, precision)
     bodies = [write_body(program, table, functions, taken.taken, grouped=True) for program in kept]
     groups = _split([len(body.lines) for body in bodies])
-    banner = _banner(name, info)
+    banner = banner_lines(name, info)
     files: dict[str, str] = {}
     emitted: list[EmittedFunction] = []
     files[f"{name}.h"] = _header(name, kept, names, bodies, info, precision, banner)
@@ -107,7 +107,7 @@ def emit_c(name: str, programs: Sequence[Program], info: Info) -> Emitted:
     )
 
 
-def _without_empty_outputs(programs: Sequence[Program]) -> tuple[list[Program], list[str]]:
+def without_empty_outputs(programs: Sequence[Program]) -> tuple[list[Program], list[str]]:
     """C has no arrays of length zero: such outputs are left out, and functions that have no other."""
     kept: list[Program] = []
     notes: list[str] = []
@@ -126,7 +126,8 @@ def _without_empty_outputs(programs: Sequence[Program]) -> tuple[list[Program], 
     return kept, notes
 
 
-def _functions(trigonometry: str, precision: Precision) -> Functions:
+def c_functions(trigonometry: str, precision: Precision) -> Functions:
+    """How the statements of a file call its functions."""
     f = precision.literal_suffix
     entire = {name: name for name in ("cos_sqrt", "sinc_sqrt", "sinc3_sqrt")}
     if trigonometry == "polynomial":
@@ -153,7 +154,8 @@ def _mentions(name: str, bodies: Sequence[Body]) -> bool:
     return any(name in body.words for body in bodies)
 
 
-def _banner(name: str, info: Info) -> list[str]:
+def banner_lines(name: str, info: Info) -> list[str]:
+    """The comment at the head of every file."""
     options = info.options
     stated = [
         f"precision {options.precision}",

@@ -65,7 +65,7 @@ def returns_status(program: Program, status: bool) -> bool:
     return status and bool(program.guards)
 
 
-def _declaration(result: str, symbol: str, arguments: Sequence[str]) -> str:
+def declaration(result: str, symbol: str, arguments: Sequence[str]) -> str:
     """On one line, or with one argument a line where that is too long."""
     text = f"{result} {symbol}({', '.join(arguments)})"
     if len(text) <= _WIDTH:
@@ -76,7 +76,7 @@ def _declaration(result: str, symbol: str, arguments: Sequence[str]) -> str:
 def prototype(program: Program, row: Symbols, precision: Precision, status: bool) -> str:
     """``void rrpr_mass_matrix(const double q[4], double M[16])``."""
     arguments = scalar_arguments(program, precision)
-    return _declaration("int" if returns_status(program, status) else "void", row.scalar, arguments)
+    return declaration("int" if returns_status(program, status) else "void", row.scalar, arguments)
 
 
 def scalar_arguments(program: Program, precision: Precision) -> list[str]:
@@ -97,7 +97,7 @@ def batch_prototype(program: Program, symbol: str, precision: Precision, status:
         if not _array(port):
             arguments[-1] = f"{real} {port.name}"
     arguments += [f"{real} *{port.name}" for port in program.outputs]
-    return _declaration("int" if returns_status(program, status) else "void", symbol, arguments)
+    return declaration("int" if returns_status(program, status) else "void", symbol, arguments)
 
 
 def soa_prototype(program: Program, symbol: str, precision: Precision, status: bool) -> str:
@@ -110,7 +110,7 @@ def soa_prototype(program: Program, symbol: str, precision: Precision, status: b
         if not _array(port):
             arguments[-1] = f"{real} {port.name}"
     arguments += [f"{real} *{port.name}" for port in program.outputs]
-    return _declaration("int" if returns_status(program, status) else "void", symbol, arguments)
+    return declaration("int" if returns_status(program, status) else "void", symbol, arguments)
 
 
 def batch_prototypes(program: Program, row: Symbols, precision: Precision, status: bool) -> dict[str, str]:

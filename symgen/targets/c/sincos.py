@@ -114,6 +114,18 @@ def vector_numbers(precision: str) -> dict[str, object]:
     }
 
 
+def device_numbers(precision: str) -> dict[str, object]:
+    """What the sine and cosine of other languages than C are written with: the numbers of `sine_cosine`."""
+    numbers, kernel = _NUMBERS[precision], KERNELS[precision]
+    return {
+        **numbers,
+        "half_pi": kernel.half_pi,
+        "sine_z": polynomial(kernel.sine, "z", _BREAK),
+        "cosine_z": polynomial(kernel.cosine, "z", _BREAK),
+        "words": [f"0x{word:08X}u" for word in (TWO_OVER_PI if precision == "double" else TWO_OVER_PI[:11])],
+    }
+
+
 def polynomial(coefficients: Sequence[str], x: str, indent: str = " ") -> str:
     """Σ cₖ xᵏ as C: pairs, then Horner in w = x², which is shorter than Horner in x by half its latency."""
     pairs = [
