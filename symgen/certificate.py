@@ -194,9 +194,12 @@ class Certifier:
                 register_sums(program, numbers, inputs)
                 results = [(candidate, candidate.evaluate(numbers, inputs)) for candidate in candidates]
                 at, lowered = residues(inputs, p), self.system.lowered
+                held: list[Outputs] = []
                 for candidate, values in results:
-                    found = Emitted(residues(values, p), at, lowered, random.Random(self.seed), p)
-                    _compare(literal, output, candidate, found)
+                    if values not in held:  # what has the values of another candidate stands or falls with it
+                        found = Emitted(values, at, lowered, random.Random(self.seed), p)
+                        _compare(literal, output, candidate, found)
+                        held.append(values)
             except NotInField:
                 continue
             return

@@ -12,7 +12,7 @@ from typing import Any
 
 from symgen.algebra.dual import Dual, parts
 from symgen.algebra.field import NotInField, Residue
-from symgen.algebra.linear import dot
+from symgen.algebra.linear import Vec, dot, vadd
 from symgen.catalogue import row_of, split_row
 from symgen.emitted import Check, Emitted, Pairs
 from symgen.literal.derivatives import SECOND, along, change
@@ -39,37 +39,44 @@ def accelerations(literal: Literal, lowered: Lowered) -> list[Any]:
 
 
 def _inverse_dynamics(literal: Literal, emitted: Emitted) -> Pairs:
-    """Matrix times a random direction, against the change of the literal inverse dynamics along it."""
-    for variable in ("q", "v"):
-        x = emitted.random(literal.tree.nv)
-        expected = change(along(literal, {f"d{variable}": x}).inverse_dynamics())
-        yield from zip(expected, emitted.times(f"dtau_d{variable}", x), strict=True)
+    """Both matrices times random directions of their own, against the change of the literal inverse dynamics along both
+    at once: a polynomial in the two directions that vanishes only where neither matrix is wrong."""
+    n = literal.tree.nv
+    x, y = emitted.random(n), emitted.random(n)
+    expected = change(along(literal, {"dq": x, "dv": y}).inverse_dynamics())
+    yield from zip(expected, vadd(_times(emitted, "dtau_dq", x), _times(emitted, "dtau_dv", y)), strict=True)
+
+
+def _times(emitted: Emitted, port: str, x: Sequence[Residue]) -> Vec:
+    return tuple(emitted.times(port, x))
 
 
 def _forward_dynamics(literal: Literal, emitted: Emitted) -> Pairs:
-    """Along any direction the literal inverse dynamics at (q, v, a) stays τ."""
-    a = accelerations(literal, emitted.lowered)
+    """Along any direction of q, v and τ the literal inverse dynamics at (q, v, a) changes as τ does."""
+    a, n = accelerations(literal, emitted.lowered), literal.tree.nv
     moved = Literal(literal.tree, literal.natural, literal.values, replace(literal.state, a=tuple(a)))
-    for variable in ("q", "v"):
-        x = emitted.random(literal.tree.nv)
-        direction = {f"d{variable}": x, "da": emitted.times(f"da_d{variable}", x)}
-        for value in change(along(moved, direction).inverse_dynamics()):
-            yield 0, value
-    x = emitted.random(literal.tree.nv)
-    yield from zip(x, literal.mass_matrix_times(emitted.times("da_dtau", x)), strict=True)
+    x, y, z = (emitted.random(n) for _ in range(3))
+    da = vadd(vadd(_times(emitted, "da_dq", x), _times(emitted, "da_dv", y)), _times(emitted, "da_dtau", z))
+    yield from zip(z, change(along(moved, {"dq": x, "dv": y, "da": da}).inverse_dynamics()), strict=True)
 
 
 def _second(literal: Literal, emitted: Emitted) -> Pairs:
-    """Tensor times two random directions, against nested duals."""
-    for first, second in SECOND:
-        x, y = emitted.random(literal.tree.nv), emitted.random(literal.tree.nv)
-        outer = along(literal, {second: y})
-        nested = along(outer, {first: [Dual(value) for value in x]})
-        expected = change(change(nested.inverse_dynamics()))
-        n = len(x)
-        by_second = emitted.times(f"d2tau_{first}{second}", y)
-        found = [dot(by_second[i * n : (i + 1) * n], x) for i in range(n)]
-        yield from zip(expected, found, strict=True)
+    """All tensors times random directions, against nested duals: the change along (x_q, x_v, x_a), changed along
+    (y_q, y_v). Every tensor has a product of directions of its own, so none can make up for another."""
+    n = literal.tree.nv
+    x = {name: emitted.random(n) for name in ("dq", "dv", "da")}
+    y = {name: emitted.random(n) for name in ("dq", "dv")}
+    nested = along(along(literal, y), {name: [Dual(value) for value in row] for name, row in x.items()})
+    expected = change(change(nested.inverse_dynamics()))
+    found: Vec = (0,) * n
+    for first, second in (*SECOND, ("dv", "dq")):
+        port = f"d2tau_{first}{second}"
+        if port == "d2tau_dvdq":  # d2tau_dqdv, its indices exchanged
+            by_last, other = _times(emitted, "d2tau_dqdv", x["dv"]), y["dq"]
+        else:
+            by_last, other = _times(emitted, port, y[second]), x[first]
+        found = vadd(found, tuple(dot(by_last[i * n : (i + 1) * n], other) for i in range(n)))
+    yield from zip(expected, found, strict=True)
 
 
 def _changes(literal: Literal, emitted: Emitted, row: str, direction: Mapping[str, Sequence[Any]]) -> list[Any]:
@@ -115,7 +122,7 @@ CHECKS: dict[str, tuple[str, Check]] = {
         "literal inverse_dynamics in dual numbers along random directions", _inverse_dynamics
     ),
     "forward_dynamics_derivatives": (
-        "literal inverse_dynamics in dual numbers: no change of tau along random directions", _forward_dynamics
+        "literal inverse_dynamics in dual numbers: tau changes as it should along random directions", _forward_dynamics
     ),
     "inverse_dynamics_second_derivatives": ("literal inverse_dynamics in nested dual numbers", _second),
     "jvp": ("literal row in dual numbers", _jvp),

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import operator
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 from symgen.algebra.field import Residue
-from symgen.algebra.linear import dot
 from symgen.literal.equations import Literal
 from symgen.plans.walk import Lowered
 
@@ -20,7 +21,8 @@ Pairs = Iterator[tuple[Any, Any]]
 class Emitted:
     """Outputs of a candidate and the inputs they were found at, with the row that is being checked."""
 
-    values: Mapping[str, list[Residue]]
+    ints: Mapping[str, Sequence[int]]
+    """The outputs, flat, as residues of p."""
     inputs: Mapping[str, list[Residue]]
     lowered: Lowered
     rng: random.Random
@@ -32,14 +34,16 @@ class Emitted:
     def of(self, row: str, ports: tuple[str, ...]) -> Emitted:
         return replace(self, row=row, ports=ports)
 
-    def rows(self, port: str, columns: int) -> list[list[Residue]]:
-        """A matrix or a tensor by rows of its last index."""
-        flat = self.values[port]
-        return [flat[i : i + columns] for i in range(0, len(flat), columns)] if columns else []
+    @cached_property
+    def values(self) -> Mapping[str, list[Residue]]:
+        """The outputs as elements of the field."""
+        return residues(self.ints, self.p)
 
     def times(self, port: str, x: Sequence[Residue]) -> list[Any]:
-        """A matrix times a vector."""
-        return [dot(row, x) for row in self.rows(port, len(x))]
+        """A matrix times a vector; of a tensor, its last index times it."""
+        flat, vector, n = self.ints[port], [element.x for element in x], len(x)
+        products = (sum(map(operator.mul, flat[i : i + n], vector)) for i in range(0, len(flat), n)) if n else ()
+        return [Residue(value, self.p) for value in products]
 
     def random(self, n: int) -> list[Residue]:
         """A random vector of n elements of the field."""
