@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from symgen.errors import NotSupportedError, SceneError
+from symgen.loops.model import LoopProgram, straight_programs
+from symgen.loops.text import LoopBody, write_loops
 from symgen.program.instructions import Counts, Port, Program
 from symgen.scene.names import sanitise
 from symgen.targets.c.batch import BatchFile, batch_files
@@ -81,9 +83,14 @@ def emit_c(name: str, programs: Sequence[Program], info: Info) -> Emitted:
     info = replace(info, notes=(*info.notes, *notes))
     names = symbols(name, kept, precision, info.options.batch)
     taken = Names([*HELPERS, *(s for row in names for s in row.all)])
-    table = constant_table(kept, precision, taken)
+    table = constant_table([part for program in kept for part in straight_programs(program)], precision, taken)
     functions = c_functions(info.options.trigonometry, precision)
-    bodies = [write_body(program, table, functions, taken.taken, grouped=True) for program in kept]
+    bodies = [
+        write_loops(program, row.scalar, table, functions, taken.taken, info.options.status)
+        if isinstance(program, LoopProgram)
+        else write_body(program, table, functions, taken.taken, grouped=True)
+        for program, row in zip(kept, names, strict=True)
+    ]
     groups = _split([len(body.lines) for body in bodies])
     banner = banner_lines(name, info)
     files: dict[str, str] = {}
@@ -185,8 +192,9 @@ def _port(port: Port) -> str:
     return f"{port.name} ({shape}{unit})"
 
 
-def describe(program: Program, counts: Counts) -> list[str]:
+def describe(program: Program, body: Body) -> list[str]:
     """The comment above a function."""
+    counts = body.counts
     work = [
         (counts.add, "add"),
         (counts.mul, "mul"),
@@ -201,6 +209,8 @@ def describe(program: Program, counts: Counts) -> list[str]:
         f"From {inputs} to {', '.join(_port(port) for port in program.outputs)}.",
         f"Plan: {program.plan}. Operations: {performed}." if program.plan else f"Operations: {performed}.",
     ]
+    if isinstance(body, LoopBody):
+        lines.append(f"Needs {body.stack} KB of stack.")
     if program.guards:
         lines.append("Where there is no answer (a pivot that is not positive), every output is NaN.")
     return comment_lines(lines)
@@ -220,7 +230,7 @@ def _header(
     for program, row, body in zip(programs, names, bodies, strict=True):
         prototypes = [prototype(program, row, precision, info.options.status)]
         prototypes += batch_prototypes(program, row, precision, info.options.status).values()
-        rows.append({"comment": describe(program, body.counts), "prototypes": prototypes})
+        rows.append({"comment": describe(program, body), "prototypes": prototypes})
     macros = sanitise([parameter.name for parameter in info.parameters])
     parameters = [
         {
@@ -270,17 +280,23 @@ def _source(
     banner: Sequence[str],
 ) -> str:
     whole = [
-        split(body, precision.c_type, row.scalar, scalar_arguments(program, precision)) for program, row, body in chosen
+        ((), body)
+        if isinstance(body, LoopBody)
+        else split(body, precision.c_type, row.scalar, scalar_arguments(program, precision))
+        for program, row, body in chosen
     ]
     called = {function for _, _, body in chosen for function in body.called}
     functions = called | ({"parts"} if any(parts for parts, _ in whole) else set())
+    functions |= {"steps"} if any(isinstance(body, LoopBody) for _, _, body in chosen) else set()
     helpers = helper_functions(precision.name, info.options.trigonometry, functions)
     guarded = any(program.guards for program, _, _ in chosen)
     zero, nan = f"0.0{precision.literal_suffix}", "NAN" if precision.name == "float" else "(double)NAN"
     rows = [
         {
-            "comment": describe(program, body.counts),
+            "comment": describe(program, body),
             "prototype": prototype(program, row, precision, info.options.status),
+            "loops": isinstance(body, LoopBody)
+            and body.text(describe(program, body), prototype(program, row, precision, info.options.status)),
             "parts": parts,
             "body": rest,
             "guard": " && ".join(f"{text} > {zero}" for text in body.guards),

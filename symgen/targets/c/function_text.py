@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 from symgen.algebra.field import inverse
@@ -85,15 +86,24 @@ class ReadFunction:
         _, guards = self._run_mod(p, inputs, transcendental)
         return guards
 
-    def _run_mod(
-        self, p: int, inputs: Mapping[str, Sequence[int]], transcendental: Transcendental
-    ) -> tuple[dict[str, list[int]], list[int]]:
+    def runner(self, p: int, transcendental: Transcendental) -> Callable[..., list[int]]:
+        """The function in GF(p) on lists: its inputs, then its outputs, which it fills; what guards ask is returned."""
+        if "mod" not in self._compiled:
+            self._compiled["mod"] = self._compile("mod")
+        return partial(self._compiled["mod"], *self._context_mod(p, transcendental))
+
+    def _context_mod(self, p: int, transcendental: Transcendental) -> tuple[Any, ...]:
         def function(operation: str) -> Callable[[int], int]:
             return lambda x: transcendental(operation, x % p)
 
         literals = [value.numerator * inverse(value.denominator, p) % p for value in self.literals]
-        functions = [function(operation) for operation in _OPERATIONS]
-        return self._run("mod", [*functions, lambda x: inverse(x, p), p], literals, inputs)
+        return (*(function(operation) for operation in _OPERATIONS), lambda x: inverse(x, p), p, literals)
+
+    def _run_mod(
+        self, p: int, inputs: Mapping[str, Sequence[int]], transcendental: Transcendental
+    ) -> tuple[dict[str, list[int]], list[int]]:
+        *context, literals = self._context_mod(p, transcendental)
+        return self._run("mod", context, literals, inputs)
 
     def _run(
         self, mode: str, context: Sequence[Any], literals: Sequence[Any], inputs: Mapping[str, Sequence[Any]]

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from symgen.errors import CertificateError
+from symgen.loops.model import LoopProgram
+from symgen.loops.read import LoopReader, ReadLoops
 from symgen.program.instructions import Port
 from symgen.targets.c.batch import BatchFile
 from symgen.targets.c.batch_text import read_batch
@@ -31,6 +33,7 @@ _FUNCTION = re.compile(r"\s*(void|int) (\w+)\(([^()]*)\)\n\{\n(.*?)\n\}\n", re.A
 _CALL = re.compile(r"\b([A-Za-z_]\w*)\(", re.ASCII)
 _FUNCTIONS = "sqrt sqrtf sin sinf cos cosf sines_cosines sine_cosine sine cosine cos_sqrt sinc_sqrt sinc3_sqrt"
 _MATH = frozenset(_FUNCTIONS.split())
+_MACROS = {"SYMGEN_PART": "parts", "SYMGEN_STEP": "steps"}
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,7 @@ class NamedLiteral:
 class ReadBack:
     """What the C sources of one artifact say."""
 
-    functions: Mapping[str, ReadFunction]
+    functions: Mapping[str, ReadFunction | ReadLoops]
     """By program name."""
     vectors: Mapping[str, ReadFunction]
     """What its batch file does with every lane; by program name."""
@@ -71,7 +74,7 @@ def read_back(emitted: Emitted) -> ReadBack:
     entries of an output assigned twice or never, names read before they are assigned, indices out of bounds, constants
     that are not in the table. Values are for the caller to check (`ReadFunction.evaluate_mod`).
     """
-    functions: dict[str, ReadFunction] = {}
+    functions: dict[str, ReadFunction | ReadLoops] = {}
     literals: list[NamedLiteral] = []
     by_file: dict[str, list[EmittedFunction]] = {}
     for function in emitted.functions:
@@ -107,15 +110,17 @@ def _code(file: str, text: str) -> str:
 
 def _read_source(
     file: str, emitted: Emitted, expected: Sequence[EmittedFunction]
-) -> tuple[dict[str, ReadFunction], list[NamedLiteral]]:
+) -> tuple[dict[str, ReadFunction | ReadLoops], list[NamedLiteral]]:
     options = emitted.info.options
     code = _code(file, emitted.files[file])
     symbol = re.escape(expected[0].symbols.scalar)
-    first = re.search(rf"\n(?:SYMGEN_PART void {symbol}_part0|(?:void|int) {symbol})\(", code)
+    first = re.search(
+        rf"\n(?:SYMGEN_PART void {symbol}_part0|SYMGEN_STEP void {symbol}_\w+|(?:void|int) {symbol})\(", code
+    )
     if first is None:
         raise CertificateError(f"{file}: {expected[0].symbols.scalar} is not there")
     prefix, rest = code[: first.start() + 1], code[first.start() + 1 :]
-    called = set(_CALL.findall(rest)) | ({"parts"} if "SYMGEN_PART" in rest else set())
+    called = set(_CALL.findall(rest)) | {name for mark, name in _MACROS.items() if mark in rest}
     helpers = _code(file, helper_functions(options.precision, options.trigonometry, called))
     guarded = any(function.program.guards for function in expected)
     prefix = _after_includes(file, prefix, emitted.name, bool(called & _MATH) or guarded, "uint64_t" in helpers)
@@ -123,9 +128,14 @@ def _read_source(
         raise CertificateError(f"{file}: the built-in functions are not the certified ones")
     literals = _constants(file, prefix.lstrip()[len(helpers.strip()) :], emitted)
     values = {row.name: row.value for row in literals}
-    functions: dict[str, ReadFunction] = {}
+    functions: dict[str, ReadFunction | ReadLoops] = {}
     position = 0
     for function in expected:
+        if isinstance(function.program, LoopProgram):
+            read, position = _read_loops(file, rest, position, function, values, emitted)
+            functions[function.program.name] = read
+            literals += [NamedLiteral(file, row.name, row.text, row.value) for row in read.literals]
+            continue
         parts = []
         while match := PART.match(rest, position):
             parts.append((match[1], match[2], match[3]))
@@ -144,8 +154,24 @@ def _read_source(
         functions[function.program.name] = reader.read(body)
     if rest[position:].strip():
         raise CertificateError(f"{file}: text after the last function")
-    _check_all_used(file, literals, functions)
+    _check_all_used(file, [row for row in literals if row.name in values], functions)
     return functions, literals
+
+
+def _read_loops(
+    file: str, text: str, position: int, function: EmittedFunction, constants: Mapping[str, Fraction], emitted: Emitted
+) -> tuple[ReadLoops, int]:
+    """A function in loops, its steps and tables before it."""
+    options, symbol = emitted.info.options, function.symbols.scalar
+    assert isinstance(function.program, LoopProgram)
+    status, place = options.status and bool(function.program.guards), f"{file}: {symbol}"
+    reader = LoopReader(place, function.program, symbol, constants, options.precision, options.trigonometry, status)
+    steps, position = reader.before(text, position)
+    match = _FUNCTION.match(text, position)
+    if match is None or match[2] != symbol:
+        raise CertificateError(f"{place}: expected here, found something else")
+    _check_signature(place, match[1], match[3], function, options.precision, status)
+    return reader.read(steps, match[4]), match.end()
 
 
 def _after_includes(file: str, prefix: str, name: str, math: bool, stdint: bool) -> str:
@@ -177,7 +203,9 @@ def _constants(file: str, text: str, emitted: Emitted) -> list[NamedLiteral]:
     return rows
 
 
-def _check_all_used(file: str, literals: Sequence[NamedLiteral], functions: Mapping[str, ReadFunction]) -> None:
+def _check_all_used(
+    file: str, literals: Sequence[NamedLiteral], functions: Mapping[str, ReadFunction | ReadLoops]
+) -> None:
     used = {name for function in functions.values() for name in function.constants}
     for row in literals:
         if row.name not in used:
