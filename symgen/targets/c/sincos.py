@@ -57,6 +57,7 @@ def helper_functions(precision: str, trigonometry: str, called: Collection[str])
     """The C text of the static functions that a file needs which calls ``called``. May be empty."""
     built_in = trigonometry == "polynomial"
     macro = render("c/part.c.j2") if "parts" in called else ""
+    macro += render("c/step.c.j2") if "steps" in called else ""
     entire = [name for name in ENTIRE if name in called]
     text = ""
     numbers = _NUMBERS[precision]
