@@ -30,6 +30,7 @@ from symgen.algebra.linear import (
 )
 from symgen.algebra.numbers import State
 from symgen.errors import SceneError
+from symgen.literal import walks
 from symgen.natural import constraints, coordinates, mass
 from symgen.natural.entities import Entity
 from symgen.natural.layout import NaturalCoordinates, constants
@@ -125,8 +126,25 @@ class Literal:
             found.append(value)
         return found
 
+    def velocities(self, x: Sequence[Scalar]) -> list[Vec]:
+        """R x, per moving entity; in large trees by a walk that does not form R."""
+        if self.walked:
+            return walks.velocities(self.at, self.natural, self.values, self.places, x)
+        return self.apply(self.r_columns, x)
+
+    @property
+    def walked(self) -> bool:
+        return len(self.tree.bodies) > walks.LARGE
+
+    @cached_property
+    def places(self) -> list[tuple[Entity, Vec]]:
+        """Moving entities and where they are, ground axes."""
+        return [(entity, () if entity.kind == "angle" else self.place(entity)) for entity in self.moving]
+
     def apply_transposed(self, y: Sequence[Vec]) -> list[Scalar]:
-        """Rᵀ y."""
+        """Rᵀ y; likewise."""
+        if self.walked:
+            return walks.forces(self.at, self.natural, self.values, self.places, y)
         found: list[Scalar] = [0] * self.tree.nv
         for block, value in zip(self.r_columns, y, strict=True):
             for j, column in block.items():
@@ -161,7 +179,7 @@ class Literal:
 
     def mass_matrix_times(self, x: Sequence[Scalar]) -> list[Scalar]:
         """(RᵀMR) x as Rᵀ(M(R x)), with the armature."""
-        product = self.apply_transposed(self.mass_times(self.apply(self.r_columns, x)))
+        product = self.apply_transposed(self.mass_times(self.velocities(x)))
         return [add(value, mul(extra, xi)) for value, extra, xi in zip(product, self.armature, x, strict=True)]
 
     def coriolis_times(self, x: Sequence[Scalar]) -> list[Scalar]:
@@ -261,7 +279,7 @@ class Literal:
         return vadd(tuple(self.mass_matrix_times(self.state.a)), self.bias_force())
 
     def kinetic_energy(self) -> Scalar:
-        velocity = self.apply(self.r_columns, self.state.v)
+        velocity = self.velocities(self.state.v)
         twice = total(dot(x, y) for x, y in zip(velocity, self.mass_times(velocity), strict=True))
         motors = total(mul(extra, mul(x, x)) for extra, x in zip(self.armature, self.state.v, strict=True))
         return half(add(twice, motors))
