@@ -189,11 +189,13 @@ class Builder:
 
     @cached_property
     def forward_dynamics(self) -> Sequence[Scalar]:
-        rest = [sub(x, y) for x, y in zip(self.state.tau, self.bias_force, strict=True)]
         if not self.family.articulated:
+            rest = [sub(x, y) for x, y in zip(self.state.tau, self.bias_force, strict=True)]
             with self.graph.phase("solve"):
                 return self.factored.solve(rest)
-        x, pivots = factor.solve_articulated(self.shared, self.armature, rest)
+        load = factor.motion_load(self.forces, self.v, self.values.gravity())
+        rest = [sub(x, y) for x, y in zip(self.state.tau, self.passive(), strict=True)]
+        x, pivots = factor.solve_articulated(self.shared, self.armature, rest, load)
         self.guard(pivots)
         return x
 

@@ -29,7 +29,8 @@ from symgen.algebra.linear import (
     vadd,
 )
 from symgen.errors import SceneError
-from symgen.plans import free
+from symgen.plans import free, recursive
+from symgen.plans.fields import Wrench
 from symgen.plans.inertia import Inertia, moment_of_inertia
 from symgen.plans.walk import BALL, FREE, SLIDE, Links, Moving
 
@@ -143,8 +144,9 @@ class Articulated:
                 self.m = _clear(_clear_row(self.m, k), k)
                 self.b = _clear(self.b, k)
 
-    def to_parent(self, at: Moving) -> Articulated:
-        """Turned to the parent's axes and shifted to its origin."""
+    def to_parent(self, at: Moving, further: Vec = ZERO) -> Articulated:
+        """Turned to the parent's axes and shifted to its origin; ``further``: another force that the link's origin
+        takes, parent's axes."""
         result = Articulated(Inertia())
         r = skew(at.offset)
         m = _symmetric_to_parent(at, self.m)
@@ -154,7 +156,7 @@ class Articulated:
         back = transpose(matmul(r, transpose(b)))
         result.m, result.b = m, moved
         result.j = _symmetrise(madd(_symmetric_to_parent(at, self.j), madd(cross_term, back)))
-        result.force, result.moment = at.wrench_to_parent(self.force, self.moment)
+        result.force, result.moment = at.wrench_to_parent(self.force, self.moment, further)
         return result
 
 
@@ -241,11 +243,33 @@ def accelerated(at: Moving, parent: tuple[Vec, Vec], freed: Sequence[Freed]) -> 
     return x, w_rate, a
 
 
+@dataclass(frozen=True)
+class Load:
+    """Forces of a motion without joint accelerations; the joints' share of them is C·v + gravity_force. Asked for link
+    by link, so that they need not wait in registers."""
+
+    links: Links
+    motions: Sequence[recursive.Motion]
+
+    def wrench(self, at: Moving) -> Wrench:
+        """(force, moment) that the link's own motion takes about its origin, link axes."""
+        return recursive.own_wrench(self.links, self.motions, at)
+
+    def tip(self, at: Moving) -> Vec:
+        """Force that the parent's point mass at the link's origin takes, parent's axes."""
+        return recursive.tip_force(self.links, self.motions, at)
+
+
+def motion_load(links: Links, v: Sequence[Scalar], gravity: Vec) -> Load:
+    """The load of the velocities v, with weight."""
+    return Load(links, recursive.link_motions(links, v, [0] * links.nv, gravity))
+
+
 def solve_articulated(
-    links: Links, armature: Sequence[Scalar], b: Sequence[Scalar]
+    links: Links, armature: Sequence[Scalar], b: Sequence[Scalar], load: Load | None = None
 ) -> tuple[list[Scalar], list[Scalar]]:
-    """x and the pivots, by articulated bodies without forming the mass matrix (Featherstone 2008, ch. 7, applied
-    to mass_matrix · x = b: no velocity terms)."""
+    """x and the pivots of mass_matrix · x = b less what ``load`` asks of the joints, by articulated bodies without
+    forming the mass matrix (Featherstone 2008, ch. 7; velocity terms come with the load)."""
     convention = links.values.scene.options.base_velocity
     rest, x, pivots = list(b), list[Scalar]([0] * links.nv), list[Scalar]([0] * links.nv)
     arrived = [Articulated(inertia) for inertia in links.inertias]
@@ -257,11 +281,14 @@ def solve_articulated(
             rest[start : start + 6] = [*force, *moment]
     for at in reversed(links.moving):
         body, own = arrived[at.link.index], slice(at.link.v, at.link.v + at.link.nv)
+        if load:
+            force, moment = load.wrench(at)
+            body.force, body.moment = vadd(body.force, force), vadd(body.moment, moment)
         with links.phase(f"articulated inertia: {at.link.name}"):
             freed[at.link.index] = eliminated(links, at, body, armature[own], rest[own])
             pivots[own] = [row.pivot for row in freed[at.link.index]]
             if at.link.parent >= 0:
-                arrived[at.link.parent].join(body.to_parent(at))
+                arrived[at.link.parent].join(body.to_parent(at, load.tip(at) if load else ZERO))
 
     def step(at: Moving, parent: tuple[Vec, Vec]) -> tuple[Vec, Vec]:
         own = slice(at.link.v, at.link.v + at.link.nv)

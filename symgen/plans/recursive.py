@@ -131,23 +131,32 @@ def inverse_dynamics(links: Links, v: Sequence[Scalar], a: Sequence[Scalar], gra
     return tau
 
 
+def own_wrench(links: Links, motions: Sequence[Motion], at: Moving) -> Wrench:
+    """(force, moment about the link's origin) that the link's own motion takes, link axes."""
+    with links.phase(f"force: {at.link.name}"):
+        return wrench(links.inertias[at.link.index], motions[at.link.index])
+
+
+def tip_force(links: Links, motions: Sequence[Motion], at: Moving) -> Vec:
+    """Force that the point mass takes which the link's parent has at the link's origin, parent's axes."""
+    if at.link.index not in links.tips:
+        return ZERO
+    carrier = motions[at.link.parent]
+    return scale(links.tips[at.link.index], vadd(carrier.a, matvec(carrier.u, at.offset)))
+
+
 def transmitted_wrenches(links: Links, motions: Sequence[Motion]) -> list[Wrench]:
     """(force, moment about the link's origin) that each link's joint transmits to it, link axes: inward pass."""
     found: list[Wrench] = [(ZERO, ZERO)] * len(links.moving)
 
     def step(at: Moving, outer: Wrench) -> Wrench:
         link = at.link
-        force, moment = found[link.index] = joined(wrench(links.inertias[link.index], motions[link.index]), outer)
+        force, moment = found[link.index] = joined(own_wrench(links, motions, at), outer)
         links.name(f"f_{link.name}", force)
         links.name(f"n_{link.name}", moment)
         if link.parent < 0:
             return ZERO, ZERO
-        turned = at.to_parent(force)
-        if link.index in links.tips:
-            carrier = motions[link.parent]
-            there = vadd(carrier.a, matvec(carrier.u, at.offset))
-            turned = vadd(turned, scale(links.tips[link.index], there))
-        return turned, vadd(at.to_parent(moment), cross(at.offset, turned))
+        return at.wrench_to_parent(force, moment, tip_force(links, motions, at))
 
     links.inward("force", found, step, joined)
     return found

@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import Any, TypeVar
 
 from symgen.algebra.linear import (
+    ZERO,
     Mat,
     Vec,
     add,
@@ -109,9 +110,10 @@ class Moving:
         turned = Inertia(inertia.mass, self.to_parent(inertia.first), self.second_to_parent(inertia.second), polar)
         return shift(turned, self.offset)
 
-    def wrench_to_parent(self, force: Vec, moment: Vec) -> tuple[Vec, Vec]:
-        """Force and moment about the link's origin → the same about the parent's origin, parent's axes."""
-        turned = self.to_parent(force)
+    def wrench_to_parent(self, force: Vec, moment: Vec, further: Vec = ZERO) -> tuple[Vec, Vec]:
+        """Force and moment about the link's origin → the same about the parent's origin, parent's axes. ``further``:
+        another force through the link's origin, parent's axes."""
+        turned = vadd(self.to_parent(force), further)
         return turned, vadd(self.to_parent(moment), cross(self.offset, turned))
 
 

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 from symgen.scene.names import RESERVED, identifier
 
-_HELPERS = """sines_cosines four four_apart four_bits four_slowly angles sines cosines
-sine_cosine sine cosine cos_sqrt sinc_sqrt sinc3_sqrt square_root_tail reduce_large multiply_high
+_HELPERS = """sines_cosines four four_apart four_bits four_slowly angles sines cosines sine_cosine sine_cosine_reduced
+sine_cosine_slowly sine cosine cos_sqrt sinc_sqrt sinc3_sqrt square_root_tail reduce_large multiply_high
 two_over_pi i n show w"""
 HELPERS = frozenset(_HELPERS.split())
 """Functions of symgen's own files, and the variables of its loops."""

@@ -56,7 +56,8 @@ _NUMBERS: dict[str, dict[str, str]] = {
 def helper_functions(precision: str, trigonometry: str, called: Collection[str]) -> str:
     """The C text of the static functions that a file needs which calls ``called``. May be empty."""
     built_in = trigonometry == "polynomial"
-    macro = render("c/part.c.j2") if "parts" in called else ""
+    macro = render("c/scalar.c.j2")
+    macro += render("c/part.c.j2") if "parts" in called else ""
     macro += render("c/step.c.j2") if "steps" in called else ""
     entire = [name for name in ENTIRE if name in called]
     text = ""
