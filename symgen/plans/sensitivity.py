@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from symgen.algebra.linear import add, neg, transpose
+from symgen.plans import columns as columns_of
 from symgen.plans.derivatives import inverse_dynamics_derivatives
 from symgen.program.derivative import tangents
 from symgen.program.graph import Node
@@ -61,13 +62,16 @@ def forward_dynamics(b: Builder) -> tuple[Matrix, Matrix, Matrix]:
     a = b.forward_dynamics
     if b.family.differentiated:
         return jacobian(b, a, "q"), jacobian(b, a, "v"), jacobian(b, a, "tau")
-    found = []
-    for matrix in inverse_dynamics(b, a):
-        with b.graph.phase("solve for every column"):
-            columns = [b.factored.solve([neg(x) for x in column]) for column in transpose(tuple(map(tuple, matrix)))]
-        found.append([list(row) for row in transpose(tuple(map(tuple, columns)))])
-    with b.graph.phase("inverse of the mass matrix"):
-        return found[0], found[1], b.factored.inverse_matrix()
+    by_position, by_velocity = inverse_dynamics(b, a)
+    with b.graph.phase("solve for every column, and for the inverse"):
+        columns = [[neg(x) for x in column] for matrix in (by_position, by_velocity) for column in _columns(matrix)]
+        found, inverse = columns_of.solved(b.factored, columns)
+    nv = b.tree.nv
+    return _columns(found[:nv]), _columns(found[nv:]), inverse
+
+
+def _columns(matrix: Sequence[Sequence[Scalar]]) -> Matrix:
+    return [list(column) for column in zip(*matrix, strict=True)]
 
 
 def second_derivatives(b: Builder) -> tuple[list[Matrix], ...]:
