@@ -179,7 +179,7 @@ def show(
 @scene_argument
 @click.option("-o", "--output", "directory", required=True, metavar="DIR", help="Where the files go.")
 @outputs_option
-@click.option("--target", "targets", metavar="c,casadi", callback=split_names, help="What to generate.")
+@click.option("--target", "targets", metavar="c,casadi,cuda", callback=split_names, help="What to generate.")
 @click.option("--precision", type=click.Choice(["double", "float"]))
 @json_option
 def generate(

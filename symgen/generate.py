@@ -27,13 +27,14 @@ from symgen.scene.model import Output, Scene
 from symgen.system import System, derive
 from symgen.targets.c import Info, JointRow, ReadFunction, emit_c, read_back
 from symgen.targets.c.sincos import enclosure
+from symgen.targets.cuda import emit_cuda, read_cuda
 from symgen.version import VERSION
 
 if TYPE_CHECKING:
     import casadi
 
-SCALAR, VECTORS = "C", "C on vectors"
-"""What a certificate calls the two."""
+SCALAR, VECTORS, THREADS = "C", "C on vectors", "CUDA"
+"""What a certificate calls what was emitted."""
 
 Progress = Callable[[int, int, str], None]
 """``progress(done, total, what)``."""
@@ -81,25 +82,27 @@ def generate_files(system: System, progress: Progress) -> Generated:
     read = read_back(emitted) if emitted else None
     if read:
         read.check_literals()
+    cuda = emit_cuda(system.scene.name, programs, info) if "cuda" in targets else None
+    forms = {SCALAR: read.functions, VECTORS: read.vectors} if read else {}
+    forms |= {THREADS: read_cuda(cuda)} if cuda else {}
     stored = _casadi_functions(system.scene.name, programs) if "casadi" in targets else {}
     files: dict[str, str | bytes] = dict(emitted.files) if emitted else {}
+    files.update(cuda.files if cuda else {})
     files.update({row.path: row.content for row in stored.values()})
     certifier = Certifier(system, "".join(repr(content) for content in files.values()))
     records: list[FunctionRecord] = []
     certificates: dict[str, Certificate] = {}
     for done, (output, program) in enumerate(zip(outputs, programs, strict=True)):
         progress(len(outputs) + 1 + done, total, f"certify {output.name}")
-        text, function = read.functions.get(program.name) if read else None, stored.get(program.name)
-        if text is None and function is None:
+        texts = {form: found[program.name] for form, found in forms.items() if program.name in found}
+        function = stored.get(program.name)
+        if not texts and function is None:
             continue  # all its outputs are empty: left out, as the header says
-        texts = [text] if text else []
-        if read and program.name in read.vectors:
-            texts.append(read.vectors[program.name])
         certificate = _certify(certifier, output, program, texts, function.read_back if function else None)
         certificates[program.name] = certificate
         records.append(FunctionRecord(program, certificate.to_json(), function.path if function else None))
     progress(total, total, "write")
-    files["manifest.json"] = manifest_text(build_manifest(system.scene.name, info, records, emitted))
+    files["manifest.json"] = manifest_text(build_manifest(system.scene.name, info, records, emitted, cuda))
     return Generated(files, certificates)
 
 
@@ -166,12 +169,12 @@ def _certify(
     certifier: Certifier,
     output: Output,
     program: Program,
-    texts: Sequence[ReadFunction],
+    texts: Mapping[str, ReadFunction],
     function: casadi.Function | None,
 ) -> Certificate:
-    """Certify everything that was emitted for one function. ``texts``: the scalar C, and the one over vectors."""
+    """Certify everything that was emitted for one function. ``texts``: form → its statements, read back."""
     candidates = _c_candidates(texts, program)
-    remarks = _remarks(texts[0], certifier.system) if texts else ""
+    remarks = _remarks(next(iter(texts.values())), certifier.system) if texts else ""
     if function is not None:
         candidates.append(_casadi_candidate(function, program))
     for other in certifier.system.others(output.name):
@@ -185,11 +188,16 @@ def _certify(
     )
 
 
-def _c_candidates(texts: Sequence[ReadFunction], program: Program) -> list[Candidate]:
-    """The scalar C and the one over vectors; one candidate where, once read, they are word for word the same."""
-    if len(texts) == 2 and texts[0] == texts[1]:
-        return [_c_candidate(texts[0], program, f"{SCALAR}, {VECTORS}")]
-    return [_c_candidate(text, program, what) for text, what in zip(texts, (SCALAR, VECTORS), strict=False)]
+def _c_candidates(texts: Mapping[str, ReadFunction], program: Program) -> list[Candidate]:
+    """One candidate for all forms that are, once read, word for word the same."""
+    groups: list[tuple[ReadFunction, list[str]]] = []
+    for form, text in texts.items():
+        same = next((forms for other, forms in groups if other == text), None)
+        if same is None:
+            groups.append((text, [form]))
+        else:
+            same.append(form)
+    return [_c_candidate(text, program, ", ".join(forms)) for text, forms in groups]
 
 
 def _c_candidate(text: ReadFunction, program: Program, what: str) -> Candidate:

@@ -328,6 +328,7 @@ def manifest_text(manifest: Mapping[str, Any], directory: str) -> str:
         rows.append((function["name"], function["plan"], flops, operations["sincos"], *proof))
     header = ("function", "plan", "flops", "sincos", "certified against", "points", "doubt", "by")
     written = [*manifest["headers"], *manifest["sources"], "manifest.json"]
+    written[-1:-1] = [file for kind in ("headers", "sources") for file in manifest.get("cuda", {}).get(kind, ())]
     written += [f"{manifest['name']}.casadi/"] if any(f["casadi_file"] for f in manifest["functions"]) else []
     return "\n".join(
         [

@@ -11,6 +11,8 @@ from typing import Any
 from symgen.program.instructions import Counts, Port, Program, count
 from symgen.targets.c.emit import LICENCE, Emitted
 from symgen.targets.c.info import Info, JointRow
+from symgen.targets.c.signatures import Symbols
+from symgen.targets.cuda.emit import EmittedCuda
 
 FORMAT = 1
 
@@ -27,24 +29,29 @@ class FunctionRecord:
 
 
 def build_manifest(
-    name: str, info: Info, functions: Sequence[FunctionRecord], emitted: Emitted | None = None
+    name: str,
+    info: Info,
+    functions: Sequence[FunctionRecord],
+    emitted: Emitted | None = None,
+    cuda: EmittedCuda | None = None,
 ) -> dict[str, Any]:
-    """The manifest as JSON values. ``emitted``: the C files, if C is among the targets; a function it left out
-    (no outputs) is left out here unless there is a CasADi file of it."""
+    """The manifest as JSON values. ``emitted``, ``cuda``: the files of these targets, where asked for; a function that
+    is in none of them (no outputs) is left out here unless there is a CasADi file of it."""
     in_c = {row.program.name: row for row in emitted.functions} if emitted else {}
+    in_cuda = {row.program.name: row for row in cuda.functions} if cuda else {}
     rows = []
     for record in functions:
-        row = in_c.get(record.program.name)
-        if row is None and record.casadi_file is None:
+        row, device = in_c.get(record.program.name), in_cuda.get(record.program.name)
+        first = row or device
+        if first is None and record.casadi_file is None:
             continue
         rows.append(
             _function(
-                row.program if row else record.program,
+                first.program if first else record.program,
                 record,
-                row.counts if row else count(record.program),
-                row.symbols.scalar if row else None,
-                (row.symbols.batch or None) if row else None,
-                info.options.precision if row else "double",
+                first.counts if first else count(record.program),
+                _symbols(row.symbols if row else None) | ({"cuda_symbols": dict(device.launches)} if device else {}),
+                info.options.precision if first else "double",
             )
         )
     return {
@@ -56,6 +63,7 @@ def build_manifest(
         "licence": LICENCE,
         "sources": list(emitted.sources) if emitted else [],
         "headers": list(emitted.headers) if emitted else [],
+        **({"cuda": {"sources": list(cuda.sources), "headers": list(cuda.headers)}} if cuda else {}),
         "nq": info.nq,
         "nv": info.nv,
         "joints": [_joint(joint) for joint in info.joints],
@@ -77,14 +85,12 @@ def _function(
     program: Program,
     record: FunctionRecord,
     counts: Counts,
-    symbol: str | None,
-    batch_symbol: str | None,
+    symbols: Mapping[str, object],
     precision: str,
 ) -> dict[str, Any]:
     return {
         "name": program.name,
-        "symbol": symbol,
-        "batch_symbol": batch_symbol,
+        **symbols,
         "precision": precision,
         "casadi_file": record.casadi_file,
         "inputs": [_port(port) for port in program.inputs],
@@ -99,6 +105,15 @@ def _function(
         "plan": program.plan,
         "certificate": dict(record.certificate),
     }
+
+
+def _symbols(symbols: Symbols | None) -> dict[str, object]:
+    """The C functions: ``symbol`` and ``batch_symbol`` always, the others where there are any."""
+    if symbols is None:
+        return {"symbol": None, "batch_symbol": None}
+    more = {"batch_p_symbol": symbols.batch_p, "soa_symbol": symbols.soa, "soa_p_symbol": symbols.soa_p}
+    found: dict[str, object] = {"symbol": symbols.scalar, "batch_symbol": symbols.batch or None}
+    return found | {key: symbol for key, symbol in more.items() if symbol}
 
 
 def _joint(joint: JointRow) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from symgen.scene.model import Output, Scene
 from symgen.scene.outputs import check_outputs, frame_names
 from symgen.scene.schema import did_you_mean
 
-TARGETS = ("c", "casadi")
+TARGETS = ("c", "casadi", "cuda")
 """What can be generated."""
 
 

@@ -10,6 +10,8 @@ from symgen.targets.c import emit_c
 from tests.targets.programs import all_programs, arm, info
 
 WORDS = "format name scene_sha256 symgen options licence sources headers nq nv joints parameters functions"
+BATCH_WORDS = ("batch_p_symbol", "soa_symbol", "soa_p_symbol")
+"""Only where there are such functions."""
 FUNCTION_WORDS = "name symbol batch_symbol precision casadi_file inputs outputs operations plan certificate"
 
 
@@ -20,7 +22,8 @@ def test_keys_are_those_of_the_interface(make_artifact: Callable[..., Artifact])
     assert all(list(row) == ["name", "type", "q", "v"] for row in manifest["joints"])
     assert all(list(row) == ["name", "unit", "default", "start", "size"] for row in manifest["parameters"])
     for row in manifest["functions"]:
-        assert list(row) == FUNCTION_WORDS.split()
+        assert [word for word in row if word not in BATCH_WORDS] == FUNCTION_WORDS.split()
+        assert all(word in row for word in BATCH_WORDS) == (row["batch_symbol"] is not None)
         assert all(list(port) == ["name", "shape", "unit"] for port in row["inputs"] + row["outputs"])
         assert list(row["operations"]) == ["add", "mul", "div", "sqrt", "sincos"]
         assert list(row["certificate"]) == ["method", "checked_against", "points", "failure_probability"]
@@ -39,6 +42,15 @@ def test_values(make_artifact: Callable[..., Artifact]) -> None:
         "constraints" not in names and manifest["functions"][names.index("natural_mass_matrix")]["batch_symbol"] is None
     )
     assert manifest["options"]["snap"] == 1e-6 and manifest["options"]["targets"] == ["c", "casadi"]
+
+
+def test_only_what_is_there_is_named(make_artifact: Callable[..., Artifact]) -> None:
+    manifest = make_artifact().manifest
+    assert all(list(row) == FUNCTION_WORDS.split() for row in manifest["functions"]) and "cuda" not in manifest
+    first = make_artifact("b", batch=True, precision="float").manifest["functions"][0]
+    assert [first[word] for word in BATCH_WORDS] == [
+        f"demo_mass_matrix_{form}_f32" for form in ("batch_p", "soa", "soa_p")
+    ]
 
 
 def test_same_bytes(make_artifact: Callable[..., Artifact]) -> None:

@@ -273,7 +273,7 @@ def test_a_byte_order_mark_and_windows_lines(tmp_path: Path, scene: Scene) -> No
 
 def test_an_unknown_target_is_refused() -> None:
     scene = load("examples/pendulum.scene.yaml")
-    with pytest.raises(SceneError, match="unknown target 'fortran'; known: c, casadi"):
+    with pytest.raises(SceneError, match="unknown target 'fortran'; known: c, casadi, cuda"):
         request(scene, targets=("c", "fortran"))
     with pytest.raises(SceneError, match="no target"):
         request(scene, targets=())

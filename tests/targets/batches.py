@@ -86,8 +86,8 @@ class Caller:
         return bool(self.emitted.info.options.status and function.program.guards)
 
     def form(self, function: Any, form: str) -> tuple[list[Any], int]:
-        """``form``: batch, batch_p or soa."""
-        own, columns = form == "batch_p", form == "soa"
+        """``form``: batch, batch_p, soa or soa_p."""
+        own, columns = form.endswith("_p"), form.startswith("soa")
         stride = self.n + 3
         arguments: list[Any] = [ctypes.c_size_t(self.n)] + ([ctypes.c_size_t(stride)] if columns else [])
         kept = []

@@ -45,9 +45,9 @@ def test_bits_of_the_scalar_functions(options: dict[str, Any], cc: str, tmp_path
             caller = Caller(emitted, handle, n, **special)
             for function in emitted.functions:
                 single = {own: caller.scalar(function, own) for own in (False, True)}
-                for form in ("batch", "batch_p", "soa"):
+                for form in ("batch", "batch_p", "soa", "soa_p"):
                     results, status = caller.form(function, form)
-                    rows, wanted = single[form == "batch_p"]
+                    rows, wanted = single[form.endswith("_p")]
                     assert status == wanted
                     for found, row in zip(results, rows, strict=True):
                         same = (found.view(np.uint8) == row.view(np.uint8)).reshape(*found.shape, -1).all(-1)
@@ -104,7 +104,7 @@ def test_openmp_gives_the_same_bits(tmp_path: Path) -> None:
     (tmp_path / "omp").mkdir()
     many = library(emitted, tmp_path / "omp", "gcc", 64, ("-O0", "-fopenmp"))
     for function in emitted.functions:
-        for form in ("batch", "batch_p", "soa"):
+        for form in ("batch", "batch_p", "soa", "soa_p"):
             a = Caller(emitted, one, 1500, p=(0.1,)).form(function, form)
             b = Caller(emitted, many, 1500, p=(0.1,)).form(function, form)
             assert a[1] == b[1] and all(x.tobytes() == y.tobytes() for x, y in zip(a[0], b[0], strict=True))

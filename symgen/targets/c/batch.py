@@ -173,9 +173,9 @@ def _row(function: BatchFunction, precision: Precision, status: bool) -> dict[st
         },
         {
             "name": "soa",
-            "arguments": ["size_t n", "size_t stride", *arrays],
-            "passed": ["n", "stride", *names],
-            "call": f"{symbols.scalar}_column({', '.join(['i', 'stride', *names])})",
+            "arguments": ["size_t n", "size_t stride", *with_own],
+            "passed": ["n", "stride", *passed],
+            "call": f"{symbols.scalar}_column({', '.join(['i', 'stride', *passed])})",
         },
     ]
     return {
@@ -196,12 +196,19 @@ def _row(function: BatchFunction, precision: Precision, status: bool) -> dict[st
         "soa_arguments": forms[1]["arguments"],
         "tiles": [f"tile_{name}" for name in names],
         "columns": [f"tile_{name}" if name in shared else f"{name} + first" for name in names],
-        "column_call": ["i", "stride", *names],
-        "states": [name if name in shared else f"state_{name}" for name in names],
+        "column_call": ["i", "stride", *passed],
+        "states": [_one_state(name, name in shared) for name in names],
         "call": forms[0]["call"],
         "forms": forms,
         "entries": _entries(function, precision, status, ports),
     }
+
+
+def _one_state(name: str, shared: bool) -> str:
+    """The argument of the scalar function for one state of a structure of arrays."""
+    if name == "p":
+        return "own_p ? state_p : p"
+    return name if shared else f"state_{name}"
 
 
 def _after_p(names: Sequence[str], items: Sequence[str], extra: str) -> list[str]:
@@ -251,7 +258,13 @@ def _entries(
                 passed.append(f"{name} + {size} * part" if per_state else name)
                 passed += [str(int(own))] if name == "p" else []
             rows.append({"prototype": prototypes[symbol], "form": "batch", "passed": passed})
-    if symbols.soa:
-        passed = ["count", "stride", *(f"{p['name']}" if p["shared"] else f"{p['name']} + part" for p in ports)]
-        rows.append({"prototype": prototypes[symbols.soa], "form": "soa", "passed": passed})
+    for symbol, own in ((symbols.soa, False), (symbols.soa_p, True)):
+        if symbol:
+            passed = ["count", "stride"]
+            for port in ports:
+                name = port["name"]
+                per_state = not port["shared"] or (name == "p" and own)
+                passed.append(f"{name} + part" if per_state else name)
+                passed += [str(int(own))] if name == "p" else []
+            rows.append({"prototype": prototypes[symbol], "form": "soa", "passed": passed})
     return rows

@@ -23,10 +23,11 @@ class Symbols:
     batch: str = ""
     batch_p: str = ""
     soa: str = ""
+    soa_p: str = ""
 
     @property
     def all(self) -> Iterator[str]:
-        return (symbol for symbol in (self.scalar, self.batch, self.batch_p, self.soa) if symbol)
+        return (symbol for symbol in (self.scalar, self.batch, self.batch_p, self.soa, self.soa_p) if symbol)
 
 
 def symbols(name: str, programs: Sequence[Program], precision: Precision, batch: bool) -> list[Symbols]:
@@ -47,6 +48,7 @@ def symbols(name: str, programs: Sequence[Program], precision: Precision, batch:
             f"{stem}_batch{suffix}" if batched else "",
             f"{stem}_batch_p{suffix}" if with_p else "",
             f"{stem}_soa{suffix}" if batched else "",
+            f"{stem}_soa_p{suffix}" if with_p else "",
         )
         for symbol in row.all:
             if symbol in owner:
@@ -100,13 +102,13 @@ def batch_prototype(program: Program, symbol: str, precision: Precision, status:
     return declaration("int" if returns_status(program, status) else "void", symbol, arguments)
 
 
-def soa_prototype(program: Program, symbol: str, precision: Precision, status: bool) -> str:
+def soa_prototype(program: Program, symbol: str, precision: Precision, status: bool, own_parameters: bool) -> str:
     """n states as a structure of arrays: component j of state i of every port is at [j * stride + i]."""
     real = precision.c_type
     arguments = ["size_t n", "size_t stride"]
     for port in program.inputs:
-        array = f"[{port.size}]" if port.name in SHARED else ""
-        arguments.append(f"const {real} {'' if array else '*'}{port.name}{array}")
+        shared = port.name in SHARED and not (port.name == "p" and own_parameters)
+        arguments.append(f"const {real} {port.name}[{port.size}]" if shared else f"const {real} *{port.name}")
         if not _array(port):
             arguments[-1] = f"{real} {port.name}"
     arguments += [f"{real} *{port.name}" for port in program.outputs]
@@ -119,6 +121,7 @@ def batch_prototypes(program: Program, row: Symbols, precision: Precision, statu
     for symbol, own in ((row.batch, False), (row.batch_p, True)):
         if symbol:
             found[symbol] = batch_prototype(program, symbol, precision, status, own)
-    if row.soa:
-        found[row.soa] = soa_prototype(program, row.soa, precision, status)
+    for symbol, own in ((row.soa, False), (row.soa_p, True)):
+        if symbol:
+            found[symbol] = soa_prototype(program, symbol, precision, status, own)
     return found

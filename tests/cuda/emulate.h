@@ -1,0 +1,44 @@
+/* CUDA on the host: every thread of a grid in turn. For tests; given with -include. */
+#ifndef EMULATE_H
+#define EMULATE_H
+
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define SYMGEN_EMULATED
+#define __device__
+#define __host__
+#define __global__ static
+#define __forceinline__ inline
+#define __noinline__ __attribute__((noinline))
+#define __launch_bounds__(threads)
+
+typedef struct {
+    unsigned x;
+} emulated_index;
+static emulated_index blockIdx, threadIdx;
+
+template <class T> static inline T __ldg(const T *x)
+{
+    return *x;
+}
+
+enum { cudaErrorInvalidValue = 1 };
+
+static inline int cudaGetLastError(void)
+{
+    return 0;
+}
+
+#define SYMGEN_LAUNCH(kernel, blocks, stream, ...)                                       \
+    do {                                                                                 \
+        (void)stream;                                                                    \
+        for (blockIdx.x = 0; blockIdx.x < blocks; ++blockIdx.x) {                        \
+            for (threadIdx.x = 0; threadIdx.x < SYMGEN_THREADS; ++threadIdx.x) {         \
+                kernel(__VA_ARGS__);                                                     \
+            }                                                                            \
+        }                                                                                \
+    } while (0)
+
+#endif
