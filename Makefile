@@ -39,8 +39,12 @@ format: $(STAMP) ## what ruff can put right by itself
 	@$(BIN)/ruff format --quiet .
 
 .PHONY: bench
-bench: $(STAMP) ## speed and error of the generated C for a few examples
-	@$(BIN)/python tools/bench.py $(SCENES)
+bench: $(STAMP) ## speed and error beside the peers that are installed (`make peers`), out/bench; SCENES="ur5 panda"
+	@$(BIN)/python -m tools.bench $(SCENES)
+
+.PHONY: peers
+peers: $(STAMP) ## install what `make bench` compiles beside our code, into .venv
+	@$(BIN)/python -m pip --disable-pip-version-check install --quiet -r requirements/peers.txt
 
 .PHONY: generated
 generated: $(STAMP) ## regenerate generated/ (C, headers and manifests of the examples)

@@ -237,22 +237,66 @@ def validate(scene: str, against: tuple[str, ...], states: int, report: str | No
 @cli.command()
 @scene_argument
 @outputs_option
-@click.option("--states", type=click.IntRange(1, 1_000_000), default=5000, show_default=True, help="States per batch.")
-@click.option("--report", metavar="FILE.html", help="Write the table as a page.")
+@click.option(
+    "--peers",
+    metavar="a,b,…",
+    callback=split_names,
+    help="Programs to measure beside ours, or none; all that are installed unless named.",
+)
+@click.option("--states", type=click.IntRange(1, 1_000_000), default=256, show_default=True, help="States per batch.")
+@click.option("--rounds", type=click.IntRange(1, 1_000_000), default=101, show_default=True, help="Times in turn.")
+@click.option("--ablation", is_flag=True, help="What each transformation saves, in place of peers.")
+@click.option("-o", "--output", "directory", metavar="DIR", help="Keep generated and compiled files here.")
+@click.option("--csv", "csv_file", metavar="FILE.csv", help="Write the rows as CSV.")
+@click.option("--plots", metavar="DIR", help="Write the figures as SVG and PNG.")
+@click.option("--report", metavar="FILE.html", help="Write tables and figures as a page.")
 @json_option
-def bench(scene: str, outputs: str | None, states: int, report: str | None, as_json: bool) -> None:
+def bench(
+    scene: str,
+    outputs: str | None,
+    peers: tuple[str, ...] | None,
+    states: int,
+    rounds: int,
+    ablation: bool,
+    directory: str | None,
+    csv_file: str | None,
+    plots: str | None,
+    report: str | None,
+    as_json: bool,
+) -> int:
     """Speed and error of the generated C, beside the peers that are installed."""
+    if ablation and _given("peers", "csv_file", "plots", "report"):
+        raise click.UsageError("--ablation is about our own code: no --peers, and its tables are printed only")
     loaded = requested(scene, outputs, ("c",), None)
     from symgen import bench as bench_room
 
-    with progress_bar(as_json) as progress:
-        result = bench_room.bench(loaded, states=states, progress=progress)
-    if report is not None:
-        bench_room.write_report(Path(report), result)
+    names = () if peers == ("none",) else peers
+    settings = bench_room.Settings(names, states, rounds, folder=Path(directory) if directory else None)
+    quiet = as_json or not sys.stderr.isatty()
+
+    def say(what: str) -> None:
+        if not quiet:
+            click.echo(f"… {what}", err=True)
+
+    if ablation:
+        found = bench_room.ablation(loaded, settings, say)
+        if as_json:
+            emit_json(found.to_json())
+        else:
+            click.echo(found.to_text())
+        return 0 if found.passed else 1
+    result = bench_room.bench(loaded, settings, say)
+    bench_room.write_files(
+        result,
+        csv_file=Path(csv_file) if csv_file else None,
+        plots=Path(plots) if plots else None,
+        report=Path(report) if report else None,
+    )
     if as_json:
         emit_json(result.to_json())
     else:
         click.echo(result.to_text())
+    return 0
 
 
 def _fail(message: str, status: int, as_json: bool) -> int:

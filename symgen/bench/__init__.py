@@ -1,7 +1,18 @@
 """``symgen bench``: speed and error of the generated C, beside the peers that are installed."""
 
-from symgen.bench.measure import bench
-from symgen.bench.page import write_report
-from symgen.bench.result import BenchResult, FunctionRow, PeerRow
+from symgen.bench.ablation import Ablation, ablation
+from symgen.bench.measure import Settings, bench, sample_states
+from symgen.bench.page import write_files
+from symgen.bench.result import BenchResult, FunctionFacts, Row
 
-__all__ = ["BenchResult", "FunctionRow", "PeerRow", "bench", "write_report"]
+__all__ = [
+    "Ablation",
+    "BenchResult",
+    "FunctionFacts",
+    "Row",
+    "Settings",
+    "ablation",
+    "bench",
+    "sample_states",
+    "write_files",
+]

@@ -1,44 +1,64 @@
-"""Measure every function of a scene: derive, generate, compile, run, compare."""
+"""Measure every function of a scene beside its peers: generate, compile, check that all agree, then run in turn."""
 
 from __future__ import annotations
 
 import platform
 import statistics
-import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from symgen.artifact import RELEASE_FLAGS, find_compiler
-from symgen.bench import callgrind
+from symgen.artifact.compiler import cache_folder
+from symgen.bench import floor
+from symgen.bench.driver import COUNTED_STATES, Driver, build_driver
 from symgen.bench.multiprecision import exact_outputs, relative_error
-from symgen.bench.peers import OVERHEAD_NOTE, pinocchio_calls
-from symgen.bench.result import EMPTY_CALL, BenchResult, FunctionRow, PeerRow
+from symgen.bench.peers import ours, registry
+from symgen.bench.result import BenchResult, FunctionFacts, Row
+from symgen.bench.variant import OURS, Array, Found, Left, Problem, State, Unit, Variant
+from symgen.bench.workshop import LIMIT_S, NATIVE, Compiled, CompileError, Workshop, compiler_version, open_workshop
 from symgen.catalogue import STATE_INPUTS, input_ports
-from symgen.errors import ToolError
 from symgen.program.instructions import Program, count
+from symgen.scene.canonical import with_hash
 from symgen.scene.model import Scene
 from symgen.system import System, derive
+from symgen.targets.c import emit_c
 from symgen.validation.mechanism import build_mechanism, random_state
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-REPEATS = 9
+STATES = 256
+ROUNDS = 101
+SAMPLE_NS = 100_000.0
+"""A sample takes at least so long, so that reading the clock does not matter."""
 ERROR_STATES = 5
-CALLGRIND_STATES = 4
-INSTRUCTIONS_NOTE = (
-    f"instructions: callgrind, compiled with {' '.join(callgrind.FLAGS)} alone, mean of {CALLGRIND_STATES} states"
-)
+TOLERANCE = 1e-10
+"""A peer agrees when it differs by less, relative to the largest entry of the output …"""
+CONDITION = 1e-14
+"""… plus so much for every unit of the mass matrix' condition number, where it is inverted."""
+INVERTED = ("forward_dynamics", "mass_matrix_inverse", "forward_dynamics_derivatives")
 
-Times = dict[str, list[float]]
-"""Name → nanoseconds per state, one entry per repeat."""
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to measure."""
+
+    peers: tuple[str, ...] | None = None
+    """None: all that are installed."""
+    states: int = STATES
+    rounds: int = ROUNDS
+    batches: bool = True
+    counting: bool = True
+    """Whether instructions are counted, where there is valgrind."""
+    folder: Path | None = None
+    """Where generated and compiled files are kept; None: compiled ones in the user's cache, the rest nowhere."""
+    limit_s: float = LIMIT_S
 
 
 def sample_states(scene: Scene, system: System, n: int, seed: int = 1) -> list[dict[str, Any]]:
@@ -65,57 +85,267 @@ def derive_programs(scene: Scene) -> tuple[System, dict[str, Program], dict[str,
     """A fresh derivation, and the milliseconds each function took (the first carries what all share)."""
     programs: dict[str, Program] = {}
     milliseconds: dict[str, float] = {}
-    started = time.perf_counter()
+    started = time.process_time()
     system = derive(scene)
     for output in system.outputs:
         program = system.program(output.name)
-        now = time.perf_counter()
-        programs[program.name], milliseconds[program.name] = program, (now - started) * 1e3
+        now = time.process_time()
+        programs[output.name], milliseconds[output.name] = program, (now - started) * 1e3
         started = now
     return system, programs, milliseconds
 
 
-def batch_calls(
-    loaded: Any, programs: Mapping[str, Program], states: Sequence[Mapping[str, Any]]
-) -> dict[str, Callable[[], Any]]:
-    """Function → a call over all states at once; functions without a state input have none."""
-    columns: dict[str, NDArray[np.float64] | float] = {
-        key: np.ascontiguousarray([state[key] for state in states]) for key in states[0] if key not in ("dt", "p")
-    }
-    columns |= {"dt": states[0]["dt"], "p": states[0]["p"]}
-    calls: dict[str, Callable[[], Any]] = {}
-    for name, program in programs.items():
-        wanted = [port.name for port in program.inputs]
-        if {"q", "v"} & set(wanted):
-            calls[name] = partial(getattr(loaded, name), *(columns[key] for key in wanted))
-    return calls
+def comparable(scene: Scene) -> tuple[Scene, list[str]]:
+    """The scene as peers can have it: without springs and dampers, which they lack or keep elsewhere, and a floating
+    base's velocity in its own axes, as most have it. What was changed is said."""
+    notes = []
+    if scene.forces or any(joint.damping for joint in scene.joints):
+        scene = replace(scene, forces=(), joints=tuple(replace(joint, damping=Fraction(0)) for joint in scene.joints))
+        notes.append(
+            "springs and dampers are left out of the scene, for all: peers do not have them in these functions"
+        )
+    floating = any(joint.type == "floating" for joint in scene.joints)
+    if floating and scene.options.base_velocity != "body":
+        scene = replace(scene, options=replace(scene.options, base_velocity="body"))
+        notes.append("measured with base_velocity: body, which is the peers' convention")
+    return (with_hash(scene) if notes else scene), notes
 
 
-def interleaved(calls: Mapping[str, Callable[[], Any]], states: int, repeats: int, tick: Callable[[], None]) -> Times:
-    """Time every call in turn, ``repeats`` rounds, so that a slow spell of the machine hits all alike."""
-    times: Times = {name: [] for name in calls}
-    for call in calls.values():
-        call()
-    for _ in range(repeats):
-        for name, call in calls.items():
-            started = time.perf_counter_ns()
-            call()
-            times[name].append((time.perf_counter_ns() - started) / states)
-        tick()
-    return times
+def bench(scene: Scene, settings: Settings = Settings(), say: Say = lambda what: None) -> BenchResult:
+    """Measure every function the scene asks for, ours and the peers'; see `BenchResult` for the figures.
+
+    Raises ToolError without a C compiler, SceneError for a peer of an unknown name. What a peer cannot do is said in
+    the result.
+    """
+    peers, missing = registry.chosen(settings.peers)
+    notes: list[str] = []
+    if any(peer.physics for peer in peers):
+        scene, notes = comparable(scene)
+    with ExitStack() as stack:
+        scratch = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        folder = (settings.folder or scratch).resolve() / scene.name
+        folder.mkdir(parents=True, exist_ok=True)
+        kept = settings.folder / "compiled" if settings.folder else cache_folder() / "bench"
+        workshop = open_workshop(kept, settings.limit_s, say)
+        problem, milliseconds = pose(scene, settings, folder)
+        found = collect(problem, workshop, peers, settings, say)
+        found.left[:0] = missing
+        return run(problem, workshop, found, settings, milliseconds, notes, scratch, say)
 
 
-def largest_error(program: Program, loaded: Any, states: Sequence[Mapping[str, Any]]) -> float:
-    """Over the states and outputs, compiled code against the exact program."""
+def pose(scene: Scene, settings: Settings, folder: Path) -> tuple[Problem, dict[str, float]]:
+    system, programs, milliseconds = derive_programs(scene)
+    states = sample_states(scene, system, settings.states)
+    return Problem(scene, system, programs, {}, states, build_mechanism(scene), folder), milliseconds
+
+
+def collect(
+    problem: Problem, workshop: Workshop, peers: Sequence[registry.Peer], settings: Settings, say: Say
+) -> Found:
+    """Every variant whose files compile."""
+    say("generating")
+    found = ours.build(problem, settings.batches)
+    for peer in peers:
+        say(peer.name)
+        more = registry.build(peer, problem, workshop)
+        found.variants += more.variants
+        found.left += more.left
+    return compiled_only(found, workshop)
+
+
+def compiled_only(found: Found, workshop: Workshop) -> Found:
+    """What compiles; the rest is said."""
+    usable = []
+    for variant in found.variants:
+        try:
+            for unit in variant.units:
+                workshop.compile(unit, NATIVE)
+                workshop.compile(unit, workshop.counted_flags())
+            usable.append(variant)
+        except CompileError as error:
+            found.left.append(Left(variant.peer, variant.function, str(error)))
+    return Found(usable, found.left)
+
+
+def run(
+    problem: Problem, workshop: Workshop, found: Found, settings: Settings, milliseconds: Mapping[str, float],
+    notes: list[str], scratch: Path, say: Say,
+) -> BenchResult:  # fmt: skip
+    """Compare, time and count what was built."""
+    probes = probe_variants(problem) if settings.counting else {}
+    variants = [*found.variants, *probes.values()]
+    driver = build_driver(workshop, variants, settings.states, problem.folder / "driver")
+    say("comparing")
+    judged = judge(problem, driver, driver.values(scratch))
+    agreeing = [index for index, _ in enumerate(found.variants) if judged[index].why is None]
+    say("timing")
+    times = driver.times(agreeing, settings.rounds, SAMPLE_NS)
+    counts: dict[int, float] = {}
+    if settings.counting:
+        say("counting instructions")
+        counts = driver.instructions([*agreeing, *range(len(found.variants), len(variants))], scratch)
+    floors = floors_of(problem, driver, counts, probes)
+    rows, left = [], list(found.left)
+    for index, variant in enumerate(found.variants):
+        why = judged[index].why
+        if why is not None:
+            left.append(Left(variant.peer, variant.function, why))
+        else:
+            rows.append(row_of(variant, workshop, judged[index].error, times[index], counts.get(index)))
+    facts = tuple(
+        FunctionFacts(
+            name, program.plan, count(program).flops, count(program).sincos, milliseconds[name],
+            floors.get(name),
+        )
+        for name, program in problem.programs.items()
+    )  # fmt: skip
+    return BenchResult(
+        problem.scene.name, problem.system.tree.nq, problem.nv, processor(), compiler_version(workshop.cc),
+        " ".join(NATIVE), " ".join(workshop.counted_flags()), settings.states, settings.rounds, facts, tuple(rows),
+        tuple(left), (*notes, *standing_notes(bool(counts))),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A variant's largest error, and why it is not measured, if it is not."""
+
+    error: float
+    why: str | None
+
+
+def judge(problem: Problem, driver: Driver, values: Sequence[Array]) -> list[Judged]:
+    """Every variant against ours at every state, and against the fifty-digit reference at a few."""
+    few = problem.states[:ERROR_STATES]
+    exact = {name: [_exact(program, state) for state in few] for name, program in problem.programs.items()}
+    condition = condition_number(problem, few)
+    own: dict[str, list[list[Array]]] = {}
+    judged = []
+    for variant, flat in zip(driver.variants, values, strict=True):
+        if variant.function not in problem.programs:
+            judged.append(Judged(0.0, None))
+            continue
+        rows = _by_state(flat, variant, problem) if variant.batch else flat
+        outputs = [variant.unpack(row, state) for row, state in zip(rows, problem.states, strict=True)]
+        own.setdefault(variant.function, outputs)
+        error = max(
+            relative_error(list(mine), list(truth.values())[k])
+            for got, truth in zip(outputs, exact[variant.function], strict=False)
+            for k, mine in enumerate(got)
+        )
+        apart = max(_apart(got, expected) for got, expected in zip(outputs, own[variant.function], strict=True))
+        bound = TOLERANCE + (CONDITION * condition if variant.function in INVERTED else 0.0)
+        if variant.real == "float":
+            bound = max(bound, 1e-3)
+        good = apart <= bound
+        judged.append(Judged(error, None if good else f"disagrees: {apart:.1e} apart from ours, more than {bound:.0e}"))
+    return judged
+
+
+def _by_state(flat: Array, variant: Variant, problem: Problem) -> Array:
+    """A batch leaves output after output; those of a structure of arrays have the states inside."""
+    n, sizes = len(problem.states), problem.shapes(variant.function)
+    parts = np.split(flat.ravel(), np.cumsum([n * size for size in sizes])[:-1])
+    if variant.peer == ours.SOA:
+        rows = [part.reshape(size, n).T for part, size in zip(parts, sizes, strict=True)]
+    else:
+        rows = [part.reshape(n, size) for part, size in zip(parts, sizes, strict=True)]
+    return np.hstack(rows)
+
+
+def _apart(got: Sequence[Array], expected: Sequence[Array]) -> float:
+    """‖x − y‖∞ / ‖y‖∞, the largest over the outputs."""
     worst = 0.0
-    for state in states:
-        arguments = [state[port.name] for port in program.inputs]
-        computed = getattr(loaded, program.name)(*arguments)
-        outputs = computed if isinstance(computed, tuple) else (computed,)
-        exact = exact_outputs(program, {p.name: np.ravel(state[p.name]).tolist() for p in program.inputs})
-        for port, array in zip(program.outputs, outputs, strict=True):
-            worst = max(worst, relative_error(np.ravel(array).tolist(), exact[port.name]))
+    for x, y in zip(got, expected, strict=True):
+        scale = float(np.max(np.abs(y), initial=0.0))
+        apart = float(np.max(np.abs(x - y), initial=0.0))
+        worst = max(worst, apart / scale if scale > 1e-15 else apart)
+        if not np.all(np.isfinite(x)):
+            return float("inf")
     return worst
+
+
+def _exact(program: Program, state: State) -> dict[str, Any]:
+    return exact_outputs(program, {port.name: np.ravel(state[port.name]).tolist() for port in program.inputs})
+
+
+def condition_number(problem: Problem, states: Sequence[State]) -> float:
+    """The largest of the mass matrix over the states; 0 where no function inverts it."""
+    if not any(name in INVERTED for name in problem.programs):
+        return 0.0
+    program = problem.system.program("mass_matrix")
+    matrices = [np.array(_exact(program, state)["M"], dtype=float).reshape(problem.nv, problem.nv) for state in states]
+    return float(max(np.linalg.cond(M) for M in matrices))
+
+
+def row_of(
+    variant: Variant, workshop: Workshop, error: float, times: Sequence[float], instructions: float | None
+) -> Row:
+    """One row of the result. Size and compile time are left out where the compiled file serves more than this."""
+    compiled: list[Compiled] = []
+    if variant.sized:
+        compiled = [workshop.compile(unit, NATIVE) for unit in variant.units]
+    sizes = [made.text_bytes for made in compiled]
+    return Row(
+        variant.peer, variant.function, min(times), statistics.median(times), instructions, variant.operations,
+        sum(size or 0 for size in sizes) if sizes and None not in sizes else None,
+        sum(made.seconds for made in compiled) if compiled else None, variant.generate_s, error,
+    )  # fmt: skip
+
+
+def probe_variants(problem: Problem) -> dict[floor.Angles, Variant]:
+    """Functions of nothing but the sines and cosines that the programs take, counted for the floor."""
+    from symgen.generate import target_info
+
+    info, rng = target_info(problem.system), np.random.default_rng(2)
+    found: dict[floor.Angles, Variant] = {}
+    for angles in dict.fromkeys(floor.angles_of(program) for program in problem.programs.values()):
+        program, name = floor.probe(angles), floor.probe_name(angles)
+        emitted = emit_c("probe", [program], info)
+        headers = tuple((file, text) for file, text in emitted.files.items() if file.endswith(".h"))
+        units = tuple(Unit(name, emitted.files[file], headers=headers) for file in emitted.sources)
+        sizes = [port.size for port in program.outputs]
+        outs = [f"{{out}} + {start}" for start in np.cumsum([0, *sizes])[:-1]]
+        pointers = ", ".join(["const double *", *["double *"] * len(sizes)])
+        q = rng.uniform(-3, 3, (len(problem.states), program.inputs[0].size))
+        found[angles] = Variant(
+            "probe", name, f"void probe_{name}({pointers});", f"probe_{name}({', '.join(['{q}', *outs])});", {"q": q},
+            sum(sizes), lambda flat, state: [flat], units,
+        )  # fmt: skip
+    return found
+
+
+def floors_of(
+    problem: Problem, driver: Driver, counts: Mapping[int, float], probes: Mapping[floor.Angles, Variant]
+) -> dict[str, float]:
+    """The floor of every function whose probe was counted."""
+    costs = {
+        angles: floor.cost_of_angles(counts[driver.variants.index(variant)], angles)
+        for angles, variant in probes.items()
+        if driver.variants.index(variant) in counts
+    }
+    return {
+        name: floor.floor(program, costs[floor.angles_of(program)])
+        for name, program in problem.programs.items()
+        if floor.angles_of(program) in costs
+    }
+
+
+def standing_notes(counted: bool) -> list[str]:
+    notes = [
+        "times: CPU nanoseconds of a call, all variants in turn in every round of one process; results of Pinocchio's "
+        "C++ and of MuJoCo stay in their own structures, those generated from Pinocchio have the upper triangle of "
+        "symmetric matrices only",
+        f"max error: ‖x − x̂‖∞/‖x̂‖∞ against the exact program to fifty digits, {ERROR_STATES} states",
+    ]
+    if not counted:
+        return [*notes, "instructions were not counted: that needs valgrind"]
+    return [
+        *notes,
+        f"instructions: callgrind, mean of {COUNTED_STATES} states (batches: of all, per state)",
+        "floor: inputs read once, outputs written once, a fused multiply-add wherever one could be, and what the sines "
+        "and cosines alone were counted to take, in scalar code",
+    ]
 
 
 def processor() -> str:
@@ -128,102 +358,4 @@ def processor() -> str:
     return models[0] if models else platform.machine()
 
 
-def compiler_version(cc: str) -> str:
-    ran = subprocess.run([cc, "--version"], capture_output=True, text=True, check=False)
-    return ran.stdout.splitlines()[0] if ran.stdout else cc
-
-
-@dataclass
-class Steps:
-    """Tells a progress callback that one more of ``total`` steps is done."""
-
-    progress: Callable[[int, int, str], None] | None
-    total: int
-    done: int = 0
-
-    def tick(self, what: str) -> None:
-        self.done += 1
-        if self.progress is not None:
-            self.progress(self.done, self.total, what)
-
-
-@dataclass(frozen=True)
-class Built:
-    """The generated code and what it took."""
-
-    artifact: Any
-    loaded: Any
-    generate_s: float
-    compile_s: float
-
-
-def build(scene: Scene, directory: Path) -> Built:
-    """Generate and compile into ``directory``; nothing comes from the compile cache."""
-    from symgen.generate import generate
-
-    started = time.perf_counter()
-    artifact = generate(scene, directory)
-    generated = time.perf_counter()
-    loaded = artifact.load(cache=directory / "cache")
-    return Built(artifact, loaded, generated - started, time.perf_counter() - generated)
-
-
-def instruction_counts(
-    built: Built, samples: Sequence[Mapping[str, Any]], cc: str
-) -> tuple[dict[str, float], list[str]]:
-    """Instructions per call by function, or a note why there are none."""
-    if not callgrind.available():
-        return {}, ["no instruction counts: valgrind is not installed"]
-    try:
-        return callgrind.count_instructions(built.artifact.directory, built.artifact.manifest, samples, cc), [
-            INSTRUCTIONS_NOTE
-        ]
-    except ToolError as error:
-        return {}, [f"no instruction counts: {error}"]
-
-
-def bench(
-    scene: Scene, states: int = 5000, repeats: int = REPEATS, progress: Callable[[int, int, str], None] | None = None
-) -> BenchResult:
-    """Measure every function the scene asks for; see `BenchResult` for the figures.
-
-    Raises ToolError without a C compiler. Peers that are not installed are left out.
-    """
-    steps = Steps(progress, repeats + 4)
-    cc = find_compiler()
-    system, programs, milliseconds = derive_programs(scene)
-    steps.tick("derived")
-    samples = sample_states(scene, system, states)
-    with tempfile.TemporaryDirectory() as scratch:
-        built = build(scene, Path(scratch, "c"))
-        steps.tick("compiled")
-        peers = {f"pinocchio {name}": call for name, call in pinocchio_calls(scene, samples).items()}
-        calls = {**batch_calls(built.loaded, programs, samples), **peers}
-        times = interleaved(calls, states, repeats, lambda: steps.tick("timing"))
-        errors = {name: largest_error(row, built.loaded, samples[:ERROR_STATES]) for name, row in programs.items()}
-        steps.tick("compared")
-        counts, notes = instruction_counts(built, samples[:CALLGRIND_STATES], cc)
-        steps.tick("counted")
-    rows = tuple(
-        FunctionRow(
-            name, program.plan, count(program).flops, count(program).sincos, milliseconds[name],
-            min(times[name]) if name in times else None, statistics.median(times[name]) if name in times else None,
-            counts.get(name), errors[name],
-        )
-        for name, program in programs.items()
-    )  # fmt: skip
-    notes.append(OVERHEAD_NOTE if peers else "no peer is installed: pip install 'symgen[validation]'")
-    return BenchResult(
-        scene.name, processor(), compiler_version(cc), " ".join(RELEASE_FLAGS), states, repeats,
-        built.generate_s, built.compile_s, rows, peer_rows(times, set(programs)), tuple(notes),
-    )  # fmt: skip
-
-
-def peer_rows(times: Times, functions: set[str]) -> tuple[PeerRow, ...]:
-    """The peers' times for the functions we made too, and of the empty call."""
-    rows = []
-    for name, series in times.items():
-        peer, _, function = name.partition(" ")
-        if peer == "pinocchio" and (function in functions or function == EMPTY_CALL):
-            rows.append(PeerRow(peer, function, min(series), statistics.median(series)))
-    return tuple(rows)
+__all__ = ["OURS", "Settings", "bench", "sample_states"]
