@@ -22,6 +22,8 @@ from symgen.catalogue import output_ports, row_of, sizes, split_row
 from symgen.emitted import Check, Emitted, Pairs, residues
 from symgen.errors import CertificateError, SceneError, SymgenError
 from symgen.literal.equations import Literal
+from symgen.loops.degree import formal_degree
+from symgen.loops.model import LoopProgram
 from symgen.plans.build import flatten
 from symgen.program.angles import register_sums
 from symgen.program.evaluate import evaluate_residues
@@ -155,8 +157,11 @@ class Certifier:
         numbers = literal.values.numbers  # type: ignore[assignment]
         return numbers, inputs, literal
 
-    def certify(self, output: Output, program: Program, candidates: Sequence[Candidate]) -> Certificate:
-        """Certify every candidate for a function.
+    def certify(
+        self, output: Output, program: Program, candidates: Sequence[Candidate], straight: Program | None = None
+    ) -> Certificate:
+        """Certify every candidate for a function. ``straight``: its straight-line form, where ``program`` is in loops
+        and other candidates are not.
 
         Raises CertificateError naming the function, the candidate and the catalogue row that differs, and where there
         is no candidate.
@@ -164,6 +169,9 @@ class Certifier:
         if not candidates:
             raise CertificateError(f"{output.name}: nothing was emitted")
         degree, assumption = _degree(program, self.system)
+        if straight is not None and straight is not program:
+            degree, assumption = max((degree, assumption), _degree(straight, self.system))
+            program = straight
         probability, points = 1.0, 0
         for p in self.primes:
             self._check(output, program, candidates, p)
@@ -207,7 +215,7 @@ class Certifier:
 
     def _nowhere(self, output: Output, program: Program, p: int) -> SymgenError:
         """Why there is no point: the scene, where what was derived has no value anywhere either, else the text."""
-        for attempt in range(ATTEMPTS):
+        for attempt in range(0 if isinstance(program, LoopProgram) else ATTEMPTS):
             numbers, inputs, _ = self._point(p, attempt)
             try:
                 evaluate_residues(program, numbers, inputs | self._further(program, inputs, p))
@@ -248,9 +256,13 @@ def _degree(program: Program, system: System) -> tuple[int, str]:
     the field, each operation is counted as one random residue instead, and the method says so.
     """
     literal = 16 * system.tree.nv + 64
-    bound, assumption = _formal_degree(program), ""
+    if isinstance(program, LoopProgram):
+        bound, operations = formal_degree(program, LARGE), program.performed
+    else:
+        bound, operations = _formal_degree(program), len(program.instructions)
+    assumption = ""
     if bound >= LARGE:
-        bound, assumption = len(program.instructions), "; operations counted as random residues"
+        bound, assumption = operations, "; operations counted as random residues"
     return max(bound, literal) + literal, assumption
 
 

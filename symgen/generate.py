@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,6 +20,8 @@ from symgen.artifact import (
 )
 from symgen.certificate import Candidate, Certificate, Certifier
 from symgen.errors import CertificateError, ToolError
+from symgen.loops.choose import Code
+from symgen.loops.read import ReadLoops
 from symgen.program.evaluate import evaluate_in_field, evaluate_residues
 from symgen.program.instructions import Program
 from symgen.scene.load import load
@@ -70,35 +72,38 @@ def generate_files(system: System, progress: Progress) -> Generated:
     """Derive, emit, read back and certify every output of a system."""
     outputs, targets = system.outputs, system.scene.options.targets
     total = 2 * len(outputs) + 1
-    programs: list[Program] = []
+    codes: list[Code] = []
     for output in outputs:
         system.require(output)
     for done, output in enumerate(outputs):
         progress(done, total, output.name)
-        programs.append(system.program(output.name))
+        codes.append(system.code(output.name))
+    programs = [code.program for code in codes]
+    straight = [code.straight for code in codes if code.straight is not None]
     progress(len(outputs), total, "emit")
-    info = target_info(system)
+    info = replace(target_info(system), notes=tuple(code.note for code in codes if code.note))
     emitted = emit_c(system.scene.name, programs, info) if "c" in targets else None
     read = read_back(emitted) if emitted else None
     if read:
         read.check_literals()
-    cuda = emit_cuda(system.scene.name, programs, info) if "cuda" in targets else None
+    cuda = emit_cuda(system.scene.name, straight, info) if "cuda" in targets else None
     forms = {SCALAR: read.functions, VECTORS: read.vectors} if read else {}
     forms |= {THREADS: read_cuda(cuda)} if cuda else {}
-    stored = _casadi_functions(system.scene.name, programs) if "casadi" in targets else {}
+    stored = _casadi_functions(system.scene.name, straight) if "casadi" in targets else {}
     files: dict[str, str | bytes] = dict(emitted.files) if emitted else {}
     files.update(cuda.files if cuda else {})
     files.update({row.path: row.content for row in stored.values()})
     certifier = Certifier(system, "".join(repr(content) for content in files.values()))
     records: list[FunctionRecord] = []
     certificates: dict[str, Certificate] = {}
-    for done, (output, program) in enumerate(zip(outputs, programs, strict=True)):
+    for done, (output, code) in enumerate(zip(outputs, codes, strict=True)):
+        program = code.program
         progress(len(outputs) + 1 + done, total, f"certify {output.name}")
         texts = {form: found[program.name] for form, found in forms.items() if program.name in found}
         function = stored.get(program.name)
         if not texts and function is None:
             continue  # all its outputs are empty: left out, as the header says
-        certificate = _certify(certifier, output, program, texts, function.read_back if function else None)
+        certificate = _certify(certifier, output, code, texts, function.read_back if function else None)
         certificates[program.name] = certificate
         records.append(FunctionRecord(program, certificate.to_json(), function.path if function else None))
     progress(total, total, "write")
@@ -168,18 +173,18 @@ def _casadi_functions(scene: str, programs: Sequence[Program]) -> dict[str, _Sto
 def _certify(
     certifier: Certifier,
     output: Output,
-    program: Program,
-    texts: Mapping[str, ReadFunction],
+    code: Code,
+    texts: Mapping[str, ReadFunction | ReadLoops],
     function: casadi.Function | None,
 ) -> Certificate:
     """Certify everything that was emitted for one function. ``texts``: form → its statements, read back."""
-    candidates = _c_candidates(texts, program)
+    candidates = _c_candidates(texts, code)
     remarks = _remarks(next(iter(texts.values())), certifier.system) if texts else ""
-    if function is not None:
-        candidates.append(_casadi_candidate(function, program))
-    for other in certifier.system.others(output.name):
-        candidates.append(_program_candidate(other))
-    certificate = certifier.certify(output, program, candidates)
+    if function is not None and code.straight is not None:
+        candidates.append(_casadi_candidate(function, code.straight))
+    if code.straight is not None:
+        candidates += [_program_candidate(other) for other in certifier.system.others(output.name)]
+    certificate = certifier.certify(output, code.program, candidates, code.straight)
     return Certificate(
         certificate.method + remarks,
         certificate.checked_against,
@@ -188,16 +193,25 @@ def _certify(
     )
 
 
-def _c_candidates(texts: Mapping[str, ReadFunction], program: Program) -> list[Candidate]:
+def _c_candidates(texts: Mapping[str, ReadFunction | ReadLoops], code: Code) -> list[Candidate]:
     """One candidate for all forms that are, once read, word for word the same."""
-    groups: list[tuple[ReadFunction, list[str]]] = []
+    groups: list[tuple[ReadFunction | ReadLoops, list[str]]] = []
     for form, text in texts.items():
         same = next((forms for other, forms in groups if other == text), None)
         if same is None:
             groups.append((text, [form]))
         else:
             same.append(form)
-    return [_c_candidate(text, program, ", ".join(forms)) for text, forms in groups]
+    return [_candidate(text, code, ", ".join(forms)) for text, forms in groups]
+
+
+def _candidate(text: ReadFunction | ReadLoops, code: Code, what: str) -> Candidate:
+    if isinstance(text, ReadLoops):
+        return Candidate(
+            f"{what} in loops", lambda numbers, inputs: text.evaluate_mod(numbers.p, inputs, numbers.apply)
+        )
+    assert code.straight is not None
+    return _c_candidate(text, code.straight, what)
 
 
 def _c_candidate(text: ReadFunction, program: Program, what: str) -> Candidate:
@@ -228,7 +242,7 @@ def _program_candidate(program: Program) -> Candidate:
     return Candidate(f"its {program.plan} plan", partial(evaluate_in_field, program), emitted=False)
 
 
-def _remarks(text: ReadFunction, system: System) -> str:
+def _remarks(text: ReadFunction | ReadLoops, system: System) -> str:
     """What of the C is proven otherwise: its constants, and its sine and cosine."""
     remarks = "; C constants proven correctly rounded"
     options = system.scene.options

@@ -15,7 +15,9 @@ from symgen.catalogue import OF_CONSTRAINTS, Sizes, output_ports, row_of, sizes,
 from symgen.errors import NotSupportedError, SceneError
 from symgen.literal.base_parameters import BaseParameters, base_parameters
 from symgen.literal.equations import Literal
+from symgen.loops.choose import Code, code_of
 from symgen.natural.coordinates import choose_coordinates
+from symgen.loops.model import LoopProgram, loop_counts
 from symgen.natural.layout import NaturalCoordinates
 from symgen.plans.choose import Choice, PlanChoice, choose
 from symgen.plans.families import innermost
@@ -40,6 +42,7 @@ class System:
     tree: Tree
     natural: NaturalCoordinates
     _chosen: dict[tuple[Output, bool], Choice] = field(default_factory=dict, repr=False, compare=False)
+    _codes: dict[Output, Code] = field(default_factory=dict, repr=False, compare=False)
 
     def __repr__(self) -> str:
         sizes = f"nq = {self.tree.nq}, nv = {self.tree.nv}, nn = {self.natural.nn}, nc = {self.natural.nc}"
@@ -130,8 +133,17 @@ class System:
                 f"parameters: {', '.join(sorted(self.scene.runtime_origins))}"
             )
 
+    def code(self, name: str) -> Code:
+        """What a function is emitted as: straight-line code or loops."""
+        self.require_tree()
+        output = self.output(name)
+        self.require(output)
+        if output not in self._codes:
+            self._codes[output] = code_of(self.lowered, self.natural, output, lambda: self.program(name))
+        return self._codes[output]
+
     def program(self, name: str) -> Program:
-        """The exact program of a function, by its cheapest plan."""
+        """The exact straight-line program of a function, by its cheapest plan."""
         return self._choose(name, False).program
 
     def others(self, name: str) -> tuple[Program, ...]:
@@ -139,7 +151,11 @@ class System:
         return self._choose(name, False).others
 
     def plans(self, name: str, every: bool = True) -> tuple[PlanChoice, ...]:
-        """What was weighed for a function: plans, counts, which was taken, and why."""
+        """What was weighed for a function: plans, counts, which was taken, and why. Of a function in loops, nothing
+        else is counted."""
+        code = self.code(name)
+        if isinstance(code.program, LoopProgram):
+            return (PlanChoice(code.program.plan, loop_counts(code.program), True, code.why),)
         return self._choose(name, every).weighed
 
     def literal(self, numbers: Numbers, state: State) -> Literal:

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from symgen.program.instructions import Program
+from symgen.program.instructions import Counts, Program, count
 
 CONSTANTS = "k"
 """Port of a step that holds the constants of its link."""
@@ -150,3 +150,27 @@ def straight_programs(program: Program) -> Iterator[Program]:
         yield from program.steps
     else:
         yield program
+
+
+def loop_counts(program: LoopProgram) -> Counts:
+    """Operations of one call, as the steps' programs count them."""
+    return performed(program, {step.name: count(step) for step in program.steps})
+
+
+def performed(program: LoopProgram, counts: Mapping[str, Counts]) -> Counts:
+    """Operations of one call, from those of the steps."""
+    total = dict.fromkeys(("add", "mul", "div", "sqrt", "sincos"), 0)
+    for sweep in program.sweeps:
+        for row in sweep.table:
+            times = 1 if sweep.span is None else row[sweep.span[1]] - row[sweep.span[0]]
+            own = counts[sweep.steps[row[0]].name]
+            for name in total:
+                total[name] += times * getattr(own, name)
+        if sweep.join:
+            total["add"] += sweep.join.size * len(sweep.table)
+    for part in program.parts:
+        if isinstance(part, Angles):
+            total["sincos"] += len(part.places)
+        elif isinstance(part, Diagonal):
+            total["add"] += len(part.values)
+    return Counts(**total)

@@ -16,8 +16,8 @@ from typing import Any
 
 from symgen.algebra.field import inverse
 from symgen.errors import CertificateError
-from symgen.loops.model import CONSTANTS, Diagonal, LoopProgram, Sweep
-from symgen.loops.text import ROWS, arguments, in_rows, performed, row_place, sweep_columns, symbol_of
+from symgen.loops.model import CONSTANTS, Diagonal, LoopProgram, Sweep, performed
+from symgen.loops.text import ROWS, arguments, in_rows, row_place, sweep_columns, symbol_of
 from symgen.program.instructions import Counts, Port, Program
 from symgen.targets.c.function_text import FunctionReader, ReadFunction
 from symgen.targets.c.rounding import literal_value

@@ -17,8 +17,9 @@ from symgen.loops.model import (
     Sweep,
     Total,
     Zeros,
+    performed,
 )
-from symgen.program.instructions import Counts, Port, Program
+from symgen.program.instructions import Port, Program
 from symgen.targets.c.literals import ConstantTable, Precision, inline_literal, rounded_literal
 from symgen.targets.c.statements import Body, Functions, write_body
 from symgen.targets.c.templates import render
@@ -81,25 +82,6 @@ def write_loops(
         tuple(lines),
         -(-sum(program.locals.values()) * (8 if table.precision.name == "double" else 4) // 1024) or 1,
     )
-
-
-def performed(program: LoopProgram, counts: Mapping[str, Counts]) -> Counts:
-    """Operations of one call, from those of the steps."""
-    total = dict.fromkeys(("add", "mul", "div", "sqrt", "sincos"), 0)
-    for sweep in program.sweeps:
-        for row in sweep.table:
-            times = 1 if sweep.span is None else row[sweep.span[1]] - row[sweep.span[0]]
-            own = counts[sweep.steps[row[0]].name]
-            for name in total:
-                total[name] += times * getattr(own, name)
-        if sweep.join:
-            total["add"] += sweep.join.size * len(sweep.table)
-    for part in program.parts:
-        if isinstance(part, Angles):
-            total["sincos"] += len(part.places)
-        elif isinstance(part, Diagonal):
-            total["add"] += len(part.values)
-    return Counts(**total)
 
 
 def arguments(sweep: Sweep, step: Program, real: str) -> list[str]:

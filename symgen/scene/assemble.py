@@ -141,6 +141,8 @@ def _options(data: dict[str, Any]) -> Options:
     values = dict(data)
     if "targets" in values:
         values["targets"] = tuple(dict.fromkeys(values["targets"]))
+    if values.get("code") == "auto":
+        del values["code"]
     return Options(**values)
 
 

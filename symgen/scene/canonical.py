@@ -11,7 +11,7 @@ from typing import Any
 from symgen.scene.model import Scene
 
 _NOT_MEANING = frozenset({"notes", "source", "sha256", "raw", "description"})
-_WHERE_GIVEN = frozenset({"mimic"})
+_WHERE_GIVEN = frozenset({"mimic", "code"})
 """Fields that are named only where they have a value: scenes without them keep the hash they always had."""
 
 

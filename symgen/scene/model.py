@@ -149,6 +149,7 @@ class Options:
     snap: Fraction = Fraction(1, 1000000)
     status: bool = False
     batch: bool = False
+    code: str | None = None  # straight | loops; None: whichever runs faster
     targets: tuple[str, ...] = ("c", "casadi")
 
 
