@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from symgen.algebra.linear import IDENTITY, ZERO, Vec, cross, matvec, mul, scale, sub, vadd
+from symgen.algebra.linear import IDENTITY, ZERO, Vec, cross, matvec, mul, scale, sub, vadd, vsub
 from symgen.plans import free
 from symgen.plans.composite import composite_inertias, motions, project
 from symgen.plans.fields import Field, Wrench, carried_functional, carried_wrench, composites
@@ -93,27 +93,50 @@ def _free_variations(
     return found
 
 
+def _relieved(at: Moving, field: Field, convention: str) -> tuple[Field, Vec]:
+    """A field less what accelerations of the link's own joint make of it, and these accelerations."""
+    if at.link.kind == FREE:
+        return Field(w=field.w), free.generalised_force(at, field.a, field.w_rate, convention)
+    if at.link.kind == BALL:
+        return Field(field.a, ZERO, field.w), field.w_rate
+    own = field.w_rate[2] if at.angular != 0 else field.a[2]
+    a, w_rate = (vsub(x, (0, 0, mul(part, own))) for x, part in ((field.a, at.linear), (field.w_rate, at.angular)))
+    return Field(a, w_rate, field.w), (own,)
+
+
 @dataclass(frozen=True)
 class Derivatives:
-    """∂τ/∂q (tangent) and ∂τ/∂v of all joints, without springs and damping."""
+    """∂τ/∂q (tangent) and ∂τ/∂v of all joints, without springs and damping, less mass_matrix (without armature) times
+    ``undone_by_position`` and ``undone_by_velocity``: accelerations of a joint that alone undo part of the change."""
 
     by_position: Matrix
     by_velocity: Matrix
+    undone_by_position: Matrix
+    undone_by_velocity: Matrix
 
 
-def inverse_dynamics_derivatives(links: Links, v: Sequence[Scalar], a: Sequence[Scalar], gravity: Vec) -> Derivatives:
-    """Both matrices (nv × nv); entries between branches are structural zeros."""
+def inverse_dynamics_derivatives(
+    links: Links, v: Sequence[Scalar], a: Sequence[Scalar], gravity: Vec, relieved: bool = False
+) -> Derivatives:
+    """All matrices are nv × nv; entries between branches are structural zeros. What can be undone is taken apart where
+    ``relieved``: whoever solves for accelerations need not solve for that."""
     nv, convention = links.nv, links.values.scene.options.base_velocity
     link_motion = link_motions(links, v, a, gravity)
     wrenches = transmitted_wrenches(links, link_motion)
     spins = [motion.w for motion in link_motion]
     bodies = composites(links, composite_inertias(links), spins, v)
-    dq: Matrix = [[0] * nv for _ in range(nv)]
-    dv: Matrix = [[0] * nv for _ in range(nv)]
+    dq, dv, undone_q, undone_v = ([[0] * nv for _ in range(nv)] for _ in range(4))
     fields: list[list[Variation]] = []
     for at in links.moving:
         with links.phase(f"derivatives: fields of {at.link.name}"):
-            fields.append(variations(links, at, link_motion, v, gravity))
+            found = variations(links, at, link_motion, v, gravity)
+            for k, variation in enumerate(found if relieved else ()):
+                position, own_position = _relieved(at, variation.position, convention)
+                velocity, own_velocity = _relieved(at, variation.velocity, convention)
+                found[k] = Variation(position, velocity, variation.turn, variation.shift)
+                _write(undone_q, at.link.v, at.link.v + k, own_position)
+                _write(undone_v, at.link.v, at.link.v + k, own_velocity)
+            fields.append(found)
     for at in links.moving:
         with links.phase(f"derivatives: columns and rows of {at.link.name}"):
             body, start = bodies[at.link.index], at.link.v
@@ -132,7 +155,7 @@ def inverse_dynamics_derivatives(links: Links, v: Sequence[Scalar], a: Sequence[
                     for j, variation in enumerate(fields[above.link.index]):
                         dq[start + k][above.link.v + j] = functional.of(variation.position)
                         dv[start + k][above.link.v + j] = functional.of(variation.velocity)
-    return Derivatives(dq, dv)
+    return Derivatives(dq, dv, undone_q, undone_v)
 
 
 def _turned(variation: Variation, change: Wrench, wrench: Wrench) -> Wrench:

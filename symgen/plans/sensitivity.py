@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from symgen.algebra.linear import add, neg, transpose
+from symgen.algebra.linear import add, mul, sub, transpose
 from symgen.plans import columns as columns_of
 from symgen.plans.derivatives import inverse_dynamics_derivatives
 from symgen.program.derivative import tangents
@@ -48,9 +48,12 @@ def inverse_dynamics(b: Builder, a: Sequence[Scalar]) -> tuple[Matrix, Matrix]:
         tau = b.inverse_dynamics(b.state.a)
         return jacobian(b, tau, "q"), jacobian(b, tau, "v")
     found = inverse_dynamics_derivatives(b.shared, b.v, b.rates(a), b.values.gravity())
+    return _with_passive(b, b.reduce_matrix(found.by_position), b.reduce_matrix(found.by_velocity))
+
+
+def _with_passive(b: Builder, by_position: Matrix, by_velocity: Matrix) -> tuple[Matrix, Matrix]:
     passive = b.passive()
-    by_position = _plus(b.reduce_matrix(found.by_position), jacobian(b, passive, "q"))
-    return by_position, _plus(b.reduce_matrix(found.by_velocity), jacobian(b, passive, "v"))
+    return _plus(by_position, jacobian(b, passive, "q")), _plus(by_velocity, jacobian(b, passive, "v"))
 
 
 def _plus(x: Matrix, y: Matrix) -> Matrix:
@@ -58,16 +61,26 @@ def _plus(x: Matrix, y: Matrix) -> Matrix:
 
 
 def forward_dynamics(b: Builder) -> tuple[Matrix, Matrix, Matrix]:
-    """∂a/∂q, ∂a/∂v, ∂a/∂τ: −M⁻¹ times the derivatives of inverse dynamics at a(q, v, τ), and M⁻¹."""
+    """∂a/∂q, ∂a/∂v, ∂a/∂τ: −M⁻¹ times the derivatives of inverse dynamics at a(q, v, τ), and M⁻¹. What a joint alone
+    can undo is not solved for, where joints can move alone (couplings do not let them) and there are others."""
     a = b.forward_dynamics
     if b.family.differentiated:
         return jacobian(b, a, "q"), jacobian(b, a, "v"), jacobian(b, a, "tau")
-    by_position, by_velocity = inverse_dynamics(b, a)
+    relieved = not b.tree.coupled and any(at.link.parent >= 0 for at in b.shared.moving)
+    found = inverse_dynamics_derivatives(b.shared, b.v, b.rates(a), b.values.gravity(), relieved)
+    changes = _with_passive(b, b.reduce_matrix(found.by_position), b.reduce_matrix(found.by_velocity))
+    undone = b.reduce_matrix(found.undone_by_position), b.reduce_matrix(found.undone_by_velocity)
+    columns, own = list[list[Scalar]](), list[list[Scalar]]()
+    for change, matrix in zip(changes, undone, strict=True):
+        for column, undo in zip(_columns(change), _columns(matrix), strict=True):
+            motors = [mul(extra, y) for extra, y in zip(b.armature, undo, strict=True)]
+            columns.append([sub(y, x) for x, y in zip(column, motors, strict=True)])
+            own.append(undo)
     with b.graph.phase("solve for every column, and for the inverse"):
-        columns = [[neg(x) for x in column] for matrix in (by_position, by_velocity) for column in _columns(matrix)]
-        found, inverse = columns_of.solved(b.factored, columns)
+        solutions, inverse = columns_of.solved(b.factored, columns)
+        moved = [[sub(x, y) for x, y in zip(*pair, strict=True)] for pair in zip(solutions, own, strict=True)]
     nv = b.tree.nv
-    return _columns(found[:nv]), _columns(found[nv:]), inverse
+    return _columns(moved[:nv]), _columns(moved[nv:]), inverse
 
 
 def _columns(matrix: Sequence[Sequence[Scalar]]) -> Matrix:
