@@ -7,7 +7,7 @@ through products, quotients and sums; a negation becomes a subtraction; the cons
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from symgen.program.instructions import Counts
@@ -74,24 +74,40 @@ def call(function: str, argument: Expression) -> Expression:
     return Expression(f"{function}({argument.signed()})", depth=argument.depth + 1)
 
 
-_UNARY = re.compile(r"(?:(?<=[=(,])|(?<=[=(,] )|(?<=[-+*/] ))-([A-Za-z_(])([A-Za-z0-9_]*)")
-_ARGUMENT = re.compile(r"\b(sine_cosine|sine|cosine|sinf?|cosf?)\(([^;]*?)(?:, &|\);)")
-_CALL = re.compile(r"\b(\w+)\(")
-_ANGLES = re.compile(r"\bangles\[\d+\] = \{([^}]*)\}")
+_UNARY = re.compile(r"-(?:(?<=[=(,]-)|(?<=[-=(,+*/] -))([A-Za-z_(][A-Za-z0-9_]*)")
+"""Begins with a character that is searched for at once: texts are long."""
+_ANGLES = re.compile(r"angles\[\d+\] = \{([^}]*)\}")
+_TURNS = ("sine_cosine(", "sine(", "cosine(", "sin(", "sinf(", "cos(", "cosf(")
+_ENTIRE = ("cos_sqrt(", "sinc_sqrt(", "sinc3_sqrt(")
 
 
 def count_operations(text: str, constants: Iterable[str]) -> Counts:
     """What statements perform. A unary minus counts as an addition, unless a constant takes it;
     a sine and a cosine of one argument count as one pair."""
     known = set(constants)
-    negations = sum((head + rest) not in known for head, rest in _UNARY.findall(text))
-    pairs = {argument for _, argument in _ARGUMENT.findall(text) if argument != "angles"}
+    negations = sum(name not in known for name in _UNARY.findall(text))
+    pairs = {argument for call in _TURNS for argument in _arguments(text, call)} - {"angles"}
     pairs |= {angle.strip() for angles in _ANGLES.findall(text) for angle in angles.split(",")} - {"0.0", "0.0f"}
-    calls = _CALL.findall(text)
+    entire = sum(text.count(call) for call in _ENTIRE)
     return Counts(
         add=text.count(" + ") + text.count(" - ") + negations,
         mul=text.count(" * "),
         div=text.count(" / "),
-        sqrt=sum(name in ("sqrt", "sqrtf") for name in calls),
-        sincos=len(pairs) + sum(name in ("cos_sqrt", "sinc_sqrt", "sinc3_sqrt") for name in calls),
+        sqrt=text.count("sqrt(") - entire + text.count("sqrtf("),
+        sincos=len(pairs) + entire,
     )
+
+
+def _arguments(text: str, call: str) -> Iterator[str]:
+    """The first argument of every call that is a statement or a definition of its own."""
+    start = text.find(call)
+    while start >= 0:
+        inside = start + len(call)
+        end = text.find(";", inside)
+        if not _is_of_a_name(text[start - 1 : start]):
+            yield text[inside:end].partition(", &")[0].removesuffix(")")
+        start = text.find(call, inside)
+
+
+def _is_of_a_name(character: str) -> bool:
+    return character.isalnum() or character == "_"

@@ -6,6 +6,7 @@ import math
 import re
 import struct
 from fractions import Fraction
+from functools import lru_cache
 
 from symgen.errors import CertificateError
 
@@ -19,6 +20,7 @@ _RANGE = {
 """Smallest number a format holds, and where overflow begins."""
 
 
+@lru_cache(maxsize=1 << 14)  # long functions say few numbers often
 def literal_value(text: str, precision: str) -> Fraction:
     """The decimal a literal spells, exactly. Raises CertificateError for other forms."""
     match = LITERAL.fullmatch(text)

@@ -10,9 +10,8 @@ from typing import Any
 
 import casadi
 
-from symgen.program.evaluate import evaluate
 from symgen.program.instructions import Port, Program
-from symgen.targets.casadi.numbers import CasadiNumbers
+from symgen.targets.casadi.grouped import evaluate_grouped
 
 
 def casadi_name(name: str) -> str:
@@ -42,20 +41,16 @@ def _symbol(port: Port) -> Any:
     return casadi.SX.sym(port.name, *matrix_shape(port))
 
 
-def _entries(symbol: Any) -> list[Any]:
-    """Row-major entries."""
-    rows, columns = symbol.shape
-    return [symbol[i, j] for i in range(rows) for j in range(columns)]
+def _column(symbol: Any) -> Any:
+    """Row-major entries, one below the other."""
+    return casadi.vec(symbol.T)
 
 
-def _matrix(port: Port, entries: tuple[Any, ...]) -> Any:
+def _matrix(port: Port, column: Any) -> Any:
     """Row-major entries → an SX of the port's shape (CasADi itself stores columns). Structural zeros are kept dense,
     so that the sparsity of an output does not depend on the scene's numbers."""
     rows, columns = matrix_shape(port)
-    if not entries:
-        return casadi.SX(rows, columns)
-    by_columns = [entries[i * columns + j] for j in range(columns) for i in range(rows)]
-    return casadi.reshape(casadi.vertcat(*by_columns), rows, columns)
+    return casadi.reshape(column, columns, rows).T if rows and columns else casadi.SX(rows, columns)
 
 
 @contextmanager
@@ -78,10 +73,10 @@ def casadi_function(program: Program) -> casadi.Function:
     Raises NotSupportedError for a constant that a double cannot hold.
     """
     symbols = {port.name: _symbol(port) for port in program.inputs}
-    flat = {name: _entries(symbol) for name, symbol in symbols.items()}
     with _as_written():
-        results = evaluate(program, CasadiNumbers(), flat)
-    outputs = [_matrix(port, results[port.name]) for port in program.outputs]
+        values = evaluate_grouped(program, {name: _column(symbol) for name, symbol in symbols.items()})
+    rows = zip(program.outputs, program.results, strict=True)
+    outputs = [_matrix(port, values.get_nz(False, list(row)) if row else None) for port, row in rows]
     return casadi.Function(
         casadi_name(program.name),
         [symbols[port.name] for port in program.inputs],

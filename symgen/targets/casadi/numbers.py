@@ -19,13 +19,7 @@ class CasadiNumbers:
     """SX expressions. Constants are rounded here, once, to double."""
 
     def const(self, value: Fraction | int) -> Any:
-        try:
-            rounded = float(value)
-        except OverflowError:
-            rounded = 0.0
-        if value and not rounded:
-            raise NotSupportedError("a constant is too large or too small for double precision")
-        return casadi.SX(rounded)
+        return casadi.SX(rounded(value))
 
     def sqrt(self, x: Any) -> Any:
         return casadi.sqrt(x)
@@ -47,6 +41,17 @@ class CasadiNumbers:
     def sinc3_sqrt(self, x: Any) -> Any:
         small, root = _guarded(x)
         return casadi.if_else(small, _series(x, 3), (1 - casadi.sin(root) / root) / x)
+
+
+def rounded(value: Fraction | int) -> float:
+    """The double next to a rational. Raises NotSupportedError where there is none."""
+    try:
+        found = float(value)
+    except OverflowError:
+        found = 0.0
+    if value and not found:
+        raise NotSupportedError("a constant is too large or too small for double precision")
+    return found
 
 
 def _guarded(x: Any) -> tuple[Any, Any]:

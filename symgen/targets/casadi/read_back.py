@@ -46,6 +46,10 @@ class _SineOfRoot:
     x: int
 
 
+_BINARY = frozenset({
+    casadi.OP_ADD, casadi.OP_SUB, casadi.OP_MUL, casadi.OP_DIV, casadi.OP_LT, casadi.OP_IF_ELSE_ZERO,
+})  # fmt: skip
+
 Value = Any
 """An int, a `_Root`, a `_SineOfRoot`, or a tuple of the ints that one double may stand for."""
 
@@ -72,23 +76,28 @@ _FOLDED: dict[str, Callable[..., float]] = {
 }
 
 
-def _constants(program: Program, wanted: Sequence[int], p: int) -> dict[float, dict[int, None]]:
-    """double → what it may stand for: the program's constants that round to it, and what CasADi makes of constants
-    alone when it is given them (the root of one, and what is computed from that)."""
-    doubles: dict[int, float] = {}
-    found: dict[float, dict[int, None]] = {}
-    for i, instruction in enumerate(program.instructions):
-        if isinstance(instruction.value, Fraction):
-            doubles[i] = float(instruction.value)
-        elif instruction.op in _FOLDED and all(k in doubles for k in instruction.args):
+def _doubles(program: Program) -> dict[int, float]:
+    """Instruction → its double, of the constants and of what CasADi makes of constants alone when it is given them (the
+    root of one, and what is computed from that)."""
+    found: dict[int, float] = {}
+    for i, (op, args, value, _, _) in enumerate(program.instructions):
+        if op == "const":
+            assert isinstance(value, Fraction)
+            found[i] = float(value)
+        elif args and args[0] in found and op in _FOLDED and all(k in found for k in args):
             try:
-                doubles[i] = _FOLDED[instruction.op](*(doubles[k] for k in instruction.args))
+                found[i] = _FOLDED[op](*(found[k] for k in args))
             except (ArithmeticError, ValueError):
                 continue
-        else:
-            continue
-        found.setdefault(doubles[i], {})[wanted[i]] = None
-        found.setdefault(-doubles[i], {})[-wanted[i] % p] = None
+    return found
+
+
+def _constants(program: Program, wanted: Sequence[int], p: int) -> dict[float, dict[int, None]]:
+    """double → what it may stand for: the program's values that round to it."""
+    found: dict[float, dict[int, None]] = {}
+    for i, double in _doubles(program).items():
+        found.setdefault(double, {})[wanted[i]] = None
+        found.setdefault(-double, {})[-wanted[i] % p] = None
     return found
 
 
@@ -166,17 +175,23 @@ class _Machine:
         return int(self.small)
 
 
-Listing = Sequence[tuple[int, Sequence[int], Sequence[int], float]]
-"""The instructions of a casadi.Function: operation, where the result goes, where arguments come from, constant."""
+Listing = Sequence[tuple[int, int, int, int, float]]
+"""The instructions of a casadi.Function: operation, where the result goes, where the arguments come from, constant. Of
+an input the first argument is its number and the second the entry; of an output, the target and the second argument."""
 
 
 def listing(function: casadi.Function) -> Listing:
     """Read once what every evaluation needs (each question to CasADi costs more than the arithmetic)."""
-    rows = []
+    rows: list[tuple[int, int, int, int, float]] = []
+    operation, target, source = function.instruction_id, function.instruction_output, function.instruction_input
     for k in range(function.n_instructions()):
-        op = function.instruction_id(k)
-        constant = function.instruction_constant(k) if op == casadi.OP_CONST else 0.0
-        rows.append((op, function.instruction_output(k), function.instruction_input(k), constant))
+        op, to, of = operation(k), target(k), source(k)
+        if op == casadi.OP_CONST:
+            rows.append((op, to[0], 0, 0, function.instruction_constant(k)))
+        elif op == casadi.OP_OUTPUT:
+            rows.append((op, to[0], of[0], to[1], 0.0))
+        else:
+            rows.append((op, to[0], of[0], of[-1], 0.0))
     return rows
 
 
@@ -215,20 +230,29 @@ def _run(
 ) -> dict[str, list[int]]:
     machine = _Machine(program, numbers, wanted, small)
     work: list[Value] = [0] * work_size
+    given = [(inputs[port.name], _row_major(port)) for port in program.inputs]
     outputs = [[0] * port.size for port in program.outputs]
-    for op, target, source, constant in rows:
-        if op == casadi.OP_CONST:
-            work[target[0]] = machine.constant(constant)
+    places = [_row_major(port) for port in program.outputs]
+    p, plain = numbers.p, {casadi.OP_ADD: operator.add, casadi.OP_SUB: operator.sub, casadi.OP_MUL: operator.mul}
+    for op, target, first, second, constant in rows:
+        if op in plain:
+            x, y = work[first], work[second]
+            if type(x) is int and type(y) is int:
+                work[target] = plain[op](x, y) % p
+            else:
+                work[target] = machine.run(op, (x, y))
+        elif op == casadi.OP_CONST:
+            work[target] = machine.constant(constant)
         elif op == casadi.OP_INPUT:
-            port = program.inputs[source[0]]
-            work[target[0]] = inputs[port.name][_row_major(port, source[1])]
+            values, rowwise = given[first]
+            work[target] = values[rowwise[second]]
         elif op == casadi.OP_OUTPUT:
-            place = _row_major(program.outputs[target[0]], target[1])
-            possible = machine.resolve(work[source[0]])
-            right = wanted[program.results[target[0]][place]]
-            outputs[target[0]][place] = right if right in possible else possible[0] % numbers.p
+            place, value = places[target][second], work[first]
+            right = wanted[program.results[target][place]]
+            possible = machine.resolve(value)
+            outputs[target][place] = right if right in possible else possible[0] % p
         else:
-            work[target[0]] = machine.run(op, [work[i] for i in source])
+            work[target] = machine.run(op, (work[first], work[second]) if op in _BINARY else (work[first],))
     return {port.name: values for port, values in zip(program.outputs, outputs, strict=True)}
 
 
@@ -249,7 +273,7 @@ def _check_ports(function: casadi.Function, program: Program) -> None:
         raise CertificateError(f"{program.name}: the CasADi function has other arguments or results")
 
 
-def _row_major(port: Port, place: int) -> int:
-    """Place in CasADi's column-major matrix → place in the row-major one."""
+def _row_major(port: Port) -> list[int]:
+    """Per place in CasADi's column-major matrix, the place in the row-major one."""
     rows, columns = matrix_shape(port)
-    return (place % rows) * columns + place // rows
+    return [row * columns + column for column in range(columns) for row in range(rows)]
