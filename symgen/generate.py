@@ -24,6 +24,7 @@ from symgen.loops.choose import Code
 from symgen.loops.read import ReadLoops
 from symgen.program.evaluate import evaluate_in_field, evaluate_residues
 from symgen.program.instructions import Program
+from symgen.program.memory import uncollected
 from symgen.scene.load import load
 from symgen.scene.model import Output, Scene
 from symgen.system import System, derive
@@ -68,6 +69,7 @@ def generate(
     return Artifact(Path(out_dir))
 
 
+@uncollected()
 def generate_files(system: System, progress: Progress) -> Generated:
     """Derive, emit, read back and certify every output of a system."""
     outputs, targets = system.outputs, system.scene.options.targets

@@ -16,13 +16,14 @@ from symgen.errors import NotSupportedError, SceneError
 from symgen.literal.base_parameters import BaseParameters, base_parameters
 from symgen.literal.equations import Literal
 from symgen.loops.choose import Code, code_of
-from symgen.natural.coordinates import choose_coordinates
 from symgen.loops.model import LoopProgram, loop_counts
+from symgen.natural.coordinates import choose_coordinates
 from symgen.natural.layout import NaturalCoordinates
 from symgen.plans.choose import Choice, PlanChoice, choose
 from symgen.plans.families import innermost
 from symgen.plans.walk import Lowered, lowered
 from symgen.program.instructions import Program
+from symgen.program.memory import uncollected
 from symgen.scene.load import load
 from symgen.scene.model import Output, Scene
 from symgen.scene.outputs import DEFAULT_OUTPUTS, check_row
@@ -93,6 +94,7 @@ class System:
         check_row(name, tuple(self.tree.frames), self.scene.source or self.scene.name)
         return Output(name, (name,))
 
+    @uncollected()
     def _choose(self, name: str, every: bool) -> Choice:
         self.require_tree()
         key = (self.output(name), every)

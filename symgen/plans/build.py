@@ -291,6 +291,7 @@ def build(lowered: Lowered, natural: NaturalCoordinates, output: Output, family:
         family.plan(output),
         function_summary(output),
     )
+    builder.graph.forget()
     return optimise(program)
 
 

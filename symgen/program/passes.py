@@ -51,7 +51,7 @@ def _rebuild(program: Program, rewrites: Mapping[int, Rewrite], simplify: bool =
         if instruction.label:
             graph.name_scalar(instruction.label, node)
         done.append(node)
-    return extract(
+    rebuilt = extract(
         graph,
         program.name,
         program.inputs,
@@ -61,6 +61,8 @@ def _rebuild(program: Program, rewrites: Mapping[int, Rewrite], simplify: bool =
         program.plan,
         program.summary,
     )
+    graph.forget()
+    return rebuilt
 
 
 def common_factor(program: Program) -> Program:
