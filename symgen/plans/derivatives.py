@@ -2,7 +2,8 @@
 
 Moving joint j by δφ changes the accelerations of everything beyond it by a field a + ẇ × x + w × ẏ (see
 `symgen.plans.fields`): with δω, δω̇, δa the changes of the link's own motion as seen in its axes, w = 2δω and
-ẇ = δω̇ + ω × δω. Nothing is differentiated twice.
+ẇ = δω̇ + ω × δω. The 2 is put into ẏ: composites are made of twice the velocities, and w is δω here. Nothing is
+differentiated twice.
 """
 
 from __future__ import annotations
@@ -47,27 +48,28 @@ def variations(
         return _free_variations(at, motion, v[link.v : link.v + 6], gravity, links.values.scene.options.base_velocity)
     root = Motion(ZERO, ZERO, (ZERO, ZERO, ZERO), ZERO, tuple(sub(0, g) for g in gravity))
     parent = motion_of[link.parent] if link.parent >= 0 else root
-    carried, carried_rate = at.to_link(parent.w), at.to_link(parent.w_rate)
     if link.kind == BALL:
+        carried, carried_rate = at.to_link(parent.w), at.to_link(parent.w_rate)
         found = []
         for c in IDENTITY:
             turning = cross(carried, c)
-            position = Field(cross(motion.a, c), _u_times(carried, carried_rate, c), scale(2, turning))
-            velocity = Field(ZERO, vadd(turning, cross(motion.w, c)), scale(2, c))
+            position = Field(cross(motion.a, c), _u_times(carried, carried_rate, c), turning)
+            velocity = Field(ZERO, vadd(turning, cross(motion.w, c)), c)
             found.append(Variation(position, velocity, c))
         return found
     z: Vec = (0, 0, 1)
-    psi = scale(2, cross(motion.w, z))
-    s = _u_times(carried, carried_rate, z)
+    turning = cross(motion.w, z)
+    psi = scale(2, turning)
+    s = tuple(row[2] for row in motion.u)  # z is fixed in the link and in its parent: how it accelerates is one thing
     if at.angular == 0:
         return [Variation(Field(scale(at.linear, s)), Field(scale(at.linear, psi)), ZERO, (0, 0, at.linear))]
     if at.linear == 0:
-        return [Variation(Field(cross(motion.a, z), s, psi), Field(ZERO, psi, (0, 0, 2)), z)]
+        return [Variation(Field(cross(motion.a, z), s, turning), Field(ZERO, psi, z), z)]
     # A screw: the acceleration of the origin is carried by the parent, and by its own travel.
     base = at.to_link(vadd(parent.a, matvec(parent.u, at.offset)))
     travel = cross(psi, (0, 0, mul(at.linear, v[link.v])))
-    position = Field(vadd(vadd(cross(base, z), scale(at.linear, s)), travel), s, psi)
-    return [Variation(position, Field(scale(at.linear, psi), psi, (0, 0, 2)), z, (0, 0, at.linear))]
+    position = Field(vadd(vadd(cross(base, z), scale(at.linear, s)), travel), s, turning)
+    return [Variation(position, Field(scale(at.linear, psi), psi, z), z, (0, 0, at.linear))]
 
 
 def _free_variations(
@@ -84,12 +86,12 @@ def _free_variations(
         turning = cross(motion.w, c)
         if convention == "body":
             weight = at.to_link(tuple(sub(0, g) for g in gravity))
-            found.append(Variation(Field(cross(weight, c)), Field(cross(c, linear), turning, scale(2, c)), c))
+            found.append(Variation(Field(cross(weight, c)), Field(cross(c, linear), turning, c), c))
         elif convention == "mixed":
-            found.append(Variation(Field(cross(motion.a, c)), Field(ZERO, turning, scale(2, c)), c))
+            found.append(Variation(Field(cross(motion.a, c)), Field(ZERO, turning, c), c))
         else:
-            position = Field(cross(motion.a, c), _u_times(motion.w, motion.w_rate, c), scale(2, turning))
-            found.append(Variation(position, Field(ZERO, turning, scale(2, c)), c))
+            position = Field(cross(motion.a, c), _u_times(motion.w, motion.w_rate, c), turning)
+            found.append(Variation(position, Field(ZERO, turning, c), c))
     return found
 
 
@@ -123,8 +125,8 @@ def inverse_dynamics_derivatives(
     nv, convention = links.nv, links.values.scene.options.base_velocity
     link_motion = link_motions(links, v, a, gravity)
     wrenches = transmitted_wrenches(links, link_motion)
-    spins = [motion.w for motion in link_motion]
-    bodies = composites(links, composite_inertias(links), spins, v)
+    spins, twice = [scale(2, motion.w) for motion in link_motion], scale(2, tuple(v))
+    bodies = composites(links, composite_inertias(links), spins, twice)
     dq, dv, undone_q, undone_v = ([[0] * nv for _ in range(nv)] for _ in range(4))
     fields: list[list[Variation]] = []
     for at in links.moving:
@@ -151,7 +153,7 @@ def inverse_dynamics_derivatives(
             if at.link.parent < 0:
                 continue
             for k, motion in enumerate(motions(at, convention)):
-                for above, functional in carried_functional(links, at, body.functional(*motion), spins, v):
+                for above, functional in carried_functional(links, at, body.functional(*motion), spins, twice):
                     for j, variation in enumerate(fields[above.link.index]):
                         dq[start + k][above.link.v + j] = functional.of(variation.position)
                         dv[start + k][above.link.v + j] = functional.of(variation.velocity)
