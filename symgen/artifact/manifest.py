@@ -11,8 +11,8 @@ from typing import Any
 from symgen.program.instructions import Counts, Port, Program, count
 from symgen.targets.c.emit import LICENCE, Emitted
 from symgen.targets.c.info import Info, JointRow
-from symgen.targets.c.signatures import Symbols
-from symgen.targets.cuda.emit import EmittedCuda
+from symgen.targets.c.signatures import Symbols, returns_status
+from symgen.targets.cuda.emit import CudaFunction, EmittedCuda
 
 FORMAT = 1
 
@@ -50,7 +50,7 @@ def build_manifest(
                 first.program if first else record.program,
                 record,
                 first.counts if first else count(record.program),
-                _symbols(row.symbols if row else None) | ({"cuda_symbols": dict(device.launches)} if device else {}),
+                _symbols(row.symbols if row else None) | _launches(device, info),
                 info.options.precision if first else "double",
             )
         )
@@ -114,6 +114,13 @@ def _symbols(symbols: Symbols | None) -> dict[str, object]:
     more = {"batch_p_symbol": symbols.batch_p, "soa_symbol": symbols.soa, "soa_p_symbol": symbols.soa_p}
     found: dict[str, object] = {"symbol": symbols.scalar, "batch_symbol": symbols.batch or None}
     return found | {key: symbol for key, symbol in more.items() if symbol}
+
+
+def _launches(device: CudaFunction | None, info: Info) -> dict[str, object]:
+    """``launch``: form → host function; ``failed``: whether these take a place for a status."""
+    if device is None:
+        return {}
+    return {"cuda": {"launch": dict(device.launches), "failed": returns_status(device.program, info.options.status)}}
 
 
 def _joint(joint: JointRow) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -87,7 +87,11 @@ class Caller:
 
     def form(self, function: Any, form: str) -> tuple[list[Any], int]:
         """``form``: batch, batch_p, soa or soa_p."""
-        own, columns = form.endswith("_p"), form.startswith("soa")
+        entry = self.handle[getattr(function.symbols, form)]
+        return self.run(function, entry, form.endswith("_p"), form.startswith("soa"))
+
+    def run(self, function: Any, entry: Callable[..., int], own: bool, columns: bool) -> tuple[list[Any], int]:
+        """``entry`` on all states. ``own``: parameters per state; ``columns``: a structure of arrays."""
         stride = self.n + 3
         arguments: list[Any] = [ctypes.c_size_t(self.n)] + ([ctypes.c_size_t(stride)] if columns else [])
         kept = []
@@ -104,7 +108,7 @@ class Caller:
             for port in function.program.outputs
         ]
         raw = [a if not isinstance(a, np.ndarray) else pointer(a) for a in [*kept, *results]]
-        status = self.handle[getattr(function.symbols, form)](*arguments, *raw)
+        status = entry(*arguments, *raw)
         if columns:
             assert all((r[:, self.n :] == 9).all() for r in results)
             results = [np.ascontiguousarray(r[:, : self.n].T) for r in results]
