@@ -161,7 +161,8 @@ static __attribute__((noinline)) void four_slowly(const double *x, double *s, do
 static void sines_cosines(const double *angles, double *sines, double *cosines, int count)
 {
     for (int i = 0; i < count; i += 4) {
-        const four x = *(const four_apart *)(angles + i);
+        /* One by one: a wide load of what was stored in parts would wait until the stores are done. */
+        const four x = {angles[i], angles[i + 1], angles[i + 2], angles[i + 3]};
         const four shifted = x * 0.63661977236758134 + 6755399441055744.0;
         const four n = shifted - 6755399441055744.0;
         const four r1 = x - n * 1.5707963267923333;
