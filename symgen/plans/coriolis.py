@@ -1,7 +1,7 @@
 """Composite plan of the Coriolis matrix C = RᵀMṘ, and of gravity and energies, in body axes.
 
 Column j of Ṙ is, on every body beyond joint j, the field v̇ + ẇ × d + w × ḋ (theory, §3): what composite bodies make of
-such fields is in `symgen.plans.fields`.
+such fields is in `symgen.plans.field_matrices`.
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ from typing import Any
 
 from symgen.algebra.linear import IDENTITY, ZERO, Vec, add, cross, dot, scale, sub, vadd, vneg
 from symgen.plans import free
-from symgen.plans.composite import composite_inertias, motions, project
-from symgen.plans.fields import Field, carried_functional, carried_wrench, composites, field_wrench
+from symgen.plans.composite import motions, project
+from symgen.plans.field_matrices import Columns, bodies
+from symgen.plans.fields import Field, field_wrench
 from symgen.plans.walk import BALL, FREE, Links, Moving
 
 Scalar = Any
@@ -58,27 +59,11 @@ def _own_fields(at: Moving, velocity: Velocity, convention: str) -> list[Field]:
 
 def coriolis_matrix(links: Links, v: Sequence[Scalar]) -> list[list[Scalar]]:
     """RᵀMṘ, dense rows; entries between branches are structural zeros."""
-    nv, convention = links.nv, links.values.scene.options.base_velocity
+    convention = links.values.scene.options.base_velocity
     velocities = link_velocities(links, v)
-    spins = [velocity.w for velocity in velocities]
-    bodies = composites(links, composite_inertias(links), spins, v)
     fields = [_own_fields(at, velocities[at.link.index], convention) for at in links.moving]
-    c: list[list[Scalar]] = [[0] * nv for _ in range(nv)]
-    for at in links.moving:
-        with links.phase(f"Coriolis matrix: columns and rows of {at.link.name}"):
-            body, start = bodies[at.link.index], at.link.v
-            for k, field in enumerate(fields[at.link.index]):
-                wrench = body.wrench(field)
-                for above, felt in ((at, wrench), *carried_wrench(links, at, wrench)):
-                    for i, value in enumerate(project(above, *felt, convention)):
-                        c[above.link.v + i][start + k] = value
-            if at.link.parent < 0:
-                continue
-            for k, motion in enumerate(motions(at, convention)):
-                for above, functional in carried_functional(links, at, body.functional(*motion), spins, v):
-                    for j, field in enumerate(fields[above.link.index]):
-                        c[start + k][above.link.v + j] = functional.of(field)
-    return c
+    moving = bodies(links, [velocity.w for velocity in velocities], v)
+    return moving.matrices("Coriolis matrix: columns and rows", [Columns(fields)])[0]
 
 
 def gravity_force(links: Links, gravity: Vec) -> list[Scalar]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from symgen.algebra.linear import add, mul, sub, transpose
 from symgen.plans import columns as columns_of
-from symgen.plans.derivatives import inverse_dynamics_derivatives
+from symgen.plans.derivatives import Derivation
 from symgen.program.derivative import tangents
 from symgen.program.graph import Node
 from symgen.scene.joints import JOINT_TYPES
@@ -47,8 +47,8 @@ def inverse_dynamics(b: Builder, a: Sequence[Scalar]) -> tuple[Matrix, Matrix]:
     if b.family.differentiated:
         tau = b.inverse_dynamics(b.state.a)
         return jacobian(b, tau, "q"), jacobian(b, tau, "v")
-    found = inverse_dynamics_derivatives(b.shared, b.v, b.rates(a), b.values.gravity())
-    return _with_passive(b, b.reduce_matrix(found.by_position), b.reduce_matrix(found.by_velocity))
+    by_position, by_velocity = Derivation(b.shared, b.v, b.values.gravity()).by_both(b.rates(a))
+    return _with_passive(b, b.reduce_matrix(by_position.rest), b.reduce_matrix(by_velocity.rest))
 
 
 def _with_passive(b: Builder, by_position: Matrix, by_velocity: Matrix) -> tuple[Matrix, Matrix]:
@@ -67,9 +67,9 @@ def forward_dynamics(b: Builder) -> tuple[Matrix, Matrix, Matrix]:
     if b.family.differentiated:
         return jacobian(b, a, "q"), jacobian(b, a, "v"), jacobian(b, a, "tau")
     relieved = not b.tree.coupled and any(at.link.parent >= 0 for at in b.shared.moving)
-    found = inverse_dynamics_derivatives(b.shared, b.v, b.rates(a), b.values.gravity(), relieved)
-    changes = _with_passive(b, b.reduce_matrix(found.by_position), b.reduce_matrix(found.by_velocity))
-    undone = b.reduce_matrix(found.undone_by_position), b.reduce_matrix(found.undone_by_velocity)
+    found = Derivation(b.shared, b.v, b.values.gravity(), relieved).by_both(b.rates(a))
+    changes = _with_passive(b, *(b.reduce_matrix(change.rest) for change in found))
+    undone = [b.reduce_matrix(change.undone) for change in found]
     columns, own = list[list[Scalar]](), list[list[Scalar]]()
     for change, matrix in zip(changes, undone, strict=True):
         for column, undo in zip(_columns(change), _columns(matrix), strict=True):
