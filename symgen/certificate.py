@@ -268,23 +268,24 @@ def _degree(program: Program, system: System) -> tuple[int, str]:
 
 def _formal_degree(program: Program) -> int:
     """Degree of numerator and denominator of the outputs as the operations build them, nothing cancelled."""
-    pairs: list[tuple[int, int]] = []
-    for instruction in program.instructions:
-        args = [pairs[i] for i in instruction.args]
-        if instruction.op == "const":
-            pair = (0, 0)
-        elif instruction.op == "input":
-            pair = (1, 0)
-        elif instruction.op in ("add", "sub"):
-            (a, b), (c, d) = args
-            pair = (max(a + d, c + b), b + d) if instruction.args[0] != instruction.args[1] else args[0]
-        elif instruction.op == "mul":
-            pair = (args[0][0] + args[1][0], args[0][1] + args[1][1])
-        elif instruction.op == "div":
-            pair = (args[0][0] + args[1][1], args[0][1] + args[1][0])
-        elif instruction.op == "neg":
-            pair = args[0]
+    over: list[int] = []
+    under: list[int] = []
+    for op, args, _, _, _ in program.instructions:
+        if op == "mul":
+            x, y = args
+            above, below = over[x] + over[y], under[x] + under[y]
+        elif op in ("add", "sub"):
+            x, y = args
+            above, below = max(over[x] + under[y], over[y] + under[x]), under[x] + under[y]
+            if x == y:
+                above, below = over[x], under[x]
+        elif op == "neg":
+            above, below = over[args[0]], under[args[0]]
+        elif op == "div":
+            x, y = args
+            above, below = over[x] + under[y], under[x] + over[y]
         else:
-            pair = (4, 0)
-        pairs.append((min(pair[0], LARGE), min(pair[1], LARGE)))
-    return max((pairs[i][0] + pairs[i][1] for row in program.results for i in row), default=0)
+            above, below = {"const": 0, "input": 1}.get(op, 4), 0
+        over.append(above if above < LARGE else LARGE)
+        under.append(below if below < LARGE else LARGE)
+    return max((over[i] + under[i] for row in program.results for i in row), default=0)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,6 +13,7 @@ from symgen.algebra.field import inverse
 from symgen.algebra.numbers import Numbers
 from symgen.errors import CertificateError
 from symgen.program.instructions import Counts, Port, Program
+from symgen.targets.c.compiled import compiled, zeros
 from symgen.targets.c.expressions import count_operations
 from symgen.targets.c.rounding import literal_value
 
@@ -121,35 +121,8 @@ class ReadFunction:
 
     def _compile(self, mode: str) -> Callable[..., Any]:
         ports = [f"v_{port.name}" for port in self.inputs + self.outputs]
-        head = ", ".join([*(f"f_{operation}" for operation in _OPERATIONS), "inverse", "p", "literals", *ports])
-        lines = [f"def function({head}):"]
-        if self.literals:
-            lines.append(f"  {', '.join(f'l{i}' for i in range(len(self.literals)))}, = literals")
-        if mode == "mod":
-            lines += [f"  {target} = ({_without_division(text)}) % p" for target, text in self.statements]
-            lines.append(f"  return [{', '.join(f'({_without_division(text)}) % p' for text in self.guards)}]")
-        else:
-            lines += [f"  {target} = {text}" for target, text in self.statements]
-            lines.append(f"  return [{', '.join(self.guards)}]")
-        namespace: dict[str, Any] = {}
-        exec(compile("\n".join(lines), f"<{self.name} as read back>", "exec"), {"__builtins__": {}}, namespace)
-        result: Callable[..., Any] = namespace["function"]
-        return result
-
-
-class _Inverse(ast.NodeTransformer):
-    """a / b → a * inverse(b)."""
-
-    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
-        self.generic_visit(node)
-        if isinstance(node.op, ast.Div):
-            call = ast.Call(ast.Name("inverse", ast.Load()), [node.right], [])
-            return ast.BinOp(node.left, ast.Mult(), call)
-        return node
-
-
-def _without_division(text: str) -> str:
-    return ast.unparse(_Inverse().visit(ast.parse(text, mode="eval"))) if "/" in text else text
+        arguments = [*(f"f_{operation}" for operation in _OPERATIONS), "inverse", "p", "literals", *ports]
+        return compiled(self.name, arguments, self.statements, self.guards, mode == "mod", len(self.literals))
 
 
 class FunctionReader:
@@ -181,6 +154,8 @@ class FunctionReader:
         self.literals: dict[Fraction, str] = {}
         self.used: set[str] = set()
         self.statements: list[tuple[str, str]] = []
+        self.atoms: dict[str, str] = {}
+        """What names, entries and literals that were read before are in Python."""
         self.pair = trigonometry == "polynomial"
         f = "f" if precision == "float" else ""
         trigonometric = {"sine": "sin", "cosine": "cos"} if self.pair else {f"sin{f}": "sin", f"cos{f}": "cos"}
@@ -222,9 +197,10 @@ class FunctionReader:
         """Take out the loops that set runs of output entries to zero."""
 
         def take(match: re.Match[str]) -> str:
-            for entry in range(int(match[1]), int(match[2])):
+            start, end = int(match[1]), int(match[2])
+            for entry in range(start, end):
                 self.store(match[3], entry)
-                self.statements.append((f"v_{match[3]}[{entry}]", "0"))
+            self.statements.append(zeros(match[3], start, end))
             return match[0][0]
 
         return _CLEAR_LOOP.sub(take, body)
@@ -328,7 +304,15 @@ class FunctionReader:
         foreign = _FOREIGN.search(text) or _MISREAD.search(text)
         if foreign:
             raise self.refuse(f"not plain arithmetic: {text[:80]!r}")
-        return " ".join(_ATOM.sub(self.atom, text).split())
+        return " ".join(_ATOM.sub(self.known_atom, text).split())
+
+    def known_atom(self, match: re.Match[str]) -> str:
+        """`atom`, asked once for each: what may be read once may be read from then on, and means the same."""
+        text = match[0]
+        found = self.atoms.get(text)
+        if found is None:
+            found = self.atoms[text] = self.atom(match)
+        return found
 
     def atom(self, match: re.Match[str]) -> str:
         name, index, call, number = match["name"], match["index"], match["call"], match["number"]

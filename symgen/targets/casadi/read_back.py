@@ -248,9 +248,10 @@ def _run(
             work[target] = values[rowwise[second]]
         elif op == casadi.OP_OUTPUT:
             place, value = places[target][second], work[first]
-            right = wanted[program.results[target][place]]
-            possible = machine.resolve(value)
-            outputs[target][place] = right if right in possible else possible[0] % p
+            if type(value) is not int:
+                right, possible = wanted[program.results[target][place]], machine.resolve(value)
+                value = right if right in possible else possible[0] % p
+            outputs[target][place] = value
         else:
             work[target] = machine.run(op, (work[first], work[second]) if op in _BINARY else (work[first],))
     return {port.name: values for port, values in zip(program.outputs, outputs, strict=True)}
