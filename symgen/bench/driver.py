@@ -6,6 +6,7 @@ import math
 import re
 import shutil
 import subprocess
+import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -62,25 +63,31 @@ class Driver:
         run is left out."""
         if self.counted is None or shutil.which("valgrind") is None:
             return {}
-        found = {}
-        states = [COUNTED_STATES, self.states]
-        for index in chosen:
-            n = states[self.variants[index].batch]
-            total = count(self.counted, self.data, n, index, scratch)
-            if total is not None:
-                found[index] = total / n
+        found: dict[int, float] = {}
+        for batch, n in ((False, min(COUNTED_STATES, self.states)), (True, self.states)):
+            group = [index for index in chosen if self.variants[index].batch == batch]
+            totals = count(self.counted, self.data, n, group, scratch)
+            if totals is None:  # one of them cannot run there: each for itself
+                alone = {index: count(self.counted, self.data, n, [index], scratch) for index in group}
+                totals = {index: total[index] for index, total in alone.items() if total is not None}
+            found |= {index: total / n for index, total in totals.items()}
         return found
 
 
-def count(binary: Path, data: Path, n: int, index: int, scratch: Path) -> int | None:
-    file = scratch / "callgrind.out"
-    options = ["--tool=callgrind", f"--callgrind-out-file={file}", "--toggle-collect=counted"]
-    ran = subprocess.run(
-        ["valgrind", *options, str(binary), str(data), "count", str(n), str(index)],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    total = re.search(r"Collected : (\d+)", ran.stderr)
-    return int(total.group(1)) if total and not ran.returncode else None
+def count(binary: Path, data: Path, n: int, chosen: Sequence[int], scratch: Path) -> dict[int, int] | None:
+    """Instructions of n calls of each variant, in one run of valgrind; None where it fails."""
+    if not chosen:
+        return {}
+    with tempfile.TemporaryDirectory(dir=scratch) as folder:
+        file = Path(folder, "counts")
+        options = ["--tool=callgrind", f"--callgrind-out-file={file}", "--zero-before=counted", "--dump-after=counted"]
+        command = ["valgrind", *options, str(binary), str(data), "count", str(n), *map(str, chosen)]
+        ran = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
+        dumps = [Path(f"{file}.{number}") for number in range(1, len(chosen) + 1)]
+        if ran.returncode or not all(dump.exists() for dump in dumps):
+            return None
+        totals = [re.search(r"^summary: (\d+)", dump.read_text(errors="replace"), re.MULTILINE) for dump in dumps]
+    return {index: int(total.group(1)) for index, total in zip(chosen, totals, strict=True) if total}
 
 
 def build_driver(workshop: Workshop, variants: Sequence[Variant], states: int, folder: Path) -> Driver:
@@ -95,7 +102,7 @@ def build_driver(workshop: Workshop, variants: Sequence[Variant], states: int, f
     cxx = any(u.language == "c++" for u in objects)
     for name, flags in (("timed", NATIVE), ("counted", workshop.counted_flags())):
         compiled = [workshop.compile(u, flags).path for u in objects]
-        built.append(workshop.link(compiled, words, f"{folder.name}-{name}", cxx))
+        built.append(workshop.link(compiled, words, folder / name, cxx))
     return Driver(tuple(variants), states, folder / "data.bin", built[0], built[1])
 
 

@@ -121,13 +121,12 @@ class Workshop:
             raise CompileError(f"does not compile: {lines[0].strip()[:200] if lines else 'no message'}")
         return seconds
 
-    def link(self, objects: Sequence[Path], words: Sequence[str], name: str, cxx: bool) -> Path:
+    def link(self, objects: Sequence[Path], words: Sequence[str], binary: Path, cxx: bool) -> Path:
         """An executable of objects."""
-        place = self.folder / "drivers"
-        place.mkdir(parents=True, exist_ok=True)
         compiler = self.compiler("c++" if cxx else "c")
-        self._run([*shlex.split(compiler), *map(str, objects), *words, "-lm", "-o", name], place)
-        return place / name
+        command = [*shlex.split(compiler), *map(str, objects), *words, "-lm", "-o", binary.name]
+        self._run(command, binary.parent)
+        return binary
 
 
 def compiler_version(compiler: str) -> str:
