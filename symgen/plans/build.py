@@ -55,6 +55,8 @@ class Builder:
     """Links without children may leave their axes behind."""
     forces_alone: bool = False
     """Nothing but the forces of a motion is asked for."""
+    rows: frozenset[str] = frozenset()
+    """What is asked for."""
     graph: Graph = field(default_factory=Graph)
     guards: list[Node] = field(default_factory=list)
 
@@ -275,7 +277,7 @@ def flatten(value: Any) -> list[Scalar]:
 
 def build(lowered: Lowered, natural: NaturalCoordinates, output: Output, family: Family) -> Program:
     """The optimised program of one function by one family."""
-    builder = Builder(lowered, natural, family, output_lags(output), output_forces(output))
+    builder = Builder(lowered, natural, family, output_lags(output), output_forces(output), frozenset(output.of))
     size = sizes(lowered.scene, lowered.tree, natural)
     inputs, outputs = input_ports(output.of, size), output_ports(output.of, size)
     for port in inputs:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from symgen.algebra.linear import add, mul, sub, transpose
+from symgen.algebra.linear import add, dot, half, mul, neg, sub, total, transpose
 from symgen.plans import columns as columns_of
-from symgen.plans.derivatives import Derivation
+from symgen.plans import coriolis
+from symgen.plans.derivatives import Change, Derivation
+from symgen.plans.walk import FREE
 from symgen.program.derivative import tangents
 from symgen.program.graph import Node
 from symgen.scene.joints import JOINT_TYPES
@@ -56,31 +59,73 @@ def _with_passive(b: Builder, by_position: Matrix, by_velocity: Matrix) -> tuple
     return _plus(by_position, jacobian(b, passive, "q")), _plus(by_velocity, jacobian(b, passive, "v"))
 
 
+def _minus(x: Matrix, y: Matrix) -> Matrix:
+    return [[sub(p, q) for p, q in zip(row, other, strict=True)] for row, other in zip(x, y, strict=True)]
+
+
 def _plus(x: Matrix, y: Matrix) -> Matrix:
     return [[add(p, q) for p, q in zip(row, other, strict=True)] for row, other in zip(x, y, strict=True)]
 
 
 def forward_dynamics(b: Builder) -> tuple[Matrix, Matrix, Matrix]:
-    """∂a/∂q, ∂a/∂v, ∂a/∂τ: −M⁻¹ times the derivatives of inverse dynamics at a(q, v, τ), and M⁻¹. What a joint alone
-    can undo is not solved for, where joints can move alone (couplings do not let them) and there are others."""
-    a = b.forward_dynamics
+    """∂a/∂q, ∂a/∂v, ∂a/∂τ: −M⁻¹ times the derivatives of inverse dynamics at a(q, v, τ), and M⁻¹."""
     if b.family.differentiated:
+        a = b.forward_dynamics
         return jacobian(b, a, "q"), jacobian(b, a, "v"), jacobian(b, a, "tau")
-    relieved = not b.tree.coupled and any(at.link.parent >= 0 for at in b.shared.moving)
-    found = Derivation(b.shared, b.v, b.values.gravity(), relieved).by_both(b.rates(a))
-    changes = _with_passive(b, *(b.reduce_matrix(change.rest) for change in found))
-    undone = [b.reduce_matrix(change.undone) for change in found]
-    columns, own = list[list[Scalar]](), list[list[Scalar]]()
-    for change, matrix in zip(changes, undone, strict=True):
-        for column, undo in zip(_columns(change), _columns(matrix), strict=True):
-            motors = [mul(extra, y) for extra, y in zip(b.armature, undo, strict=True)]
-            columns.append([sub(y, x) for x, y in zip(column, motors, strict=True)])
-            own.append(undo)
+    others = any(at.link.parent >= 0 for at in b.shared.moving)
+    found = Derivation(b.shared, b.v, b.values.gravity(), relieved=others and not b.tree.coupled)
+    by_velocity = _Change.of(b, found.by_velocity())
+    wanted_too = not b.rows.isdisjoint(("forward_dynamics", "bias_force"))
+    a = b.forward_dynamics if wanted_too or not others else _accelerations(b, by_velocity)
+    by_position = _Change.of(b, found.by_position(b.rates(a)))
+    passive, columns = b.passive(), list[list[Scalar]]()
+    for change, name in ((by_position, "q"), (by_velocity, "v")):
+        columns += [[neg(x) for x in column] for column in _columns(_plus(change.rest, jacobian(b, passive, name)))]
     with b.graph.phase("solve for every column, and for the inverse"):
         solutions, inverse = columns_of.solved(b.factored, columns)
-        moved = [[sub(x, y) for x, y in zip(*pair, strict=True)] for pair in zip(solutions, own, strict=True)]
-    nv = b.tree.nv
-    return _columns(moved[:nv]), _columns(moved[nv:]), inverse
+        by_q, by_v = (_columns(solutions[k : k + b.tree.nv]) for k in (0, b.tree.nv))
+        return _minus(by_q, by_position.undone), _minus(by_v, by_velocity.undone), inverse
+
+
+@dataclass(frozen=True)
+class _Change:
+    """∂τ = rest + mass_matrix · undone, of the coordinates, armature included: what a joint alone can undo is not
+    solved for, where joints can move alone (couplings do not let them) and there are others."""
+
+    rest: Matrix
+    undone: Matrix
+
+    @staticmethod
+    def of(b: Builder, change: Change) -> _Change:
+        undone = b.reduce_matrix(change.undone)
+        motors = [[mul(extra, x) for x in row] for extra, row in zip(b.armature, undone, strict=True)]
+        return _Change(_minus(b.reduce_matrix(change.rest), motors), undone)
+
+
+def _accelerations(b: Builder, by_velocity: _Change) -> list[Scalar]:
+    """a(q, v, τ). Forces of velocities are quadratic in them: half of their derivative, times v."""
+    passive = b.passive()
+    with b.graph.phase("forces of velocities and weight"):
+        quadratic, undone = (
+            [half(dot(row, b.state.v)) for row in part] for part in (by_velocity.rest, by_velocity.undone)
+        )
+        weight, falling = _weight(b)
+    with b.graph.phase("solve"):
+        rest = [sub(tau, total(forces)) for tau, *forces in zip(b.state.tau, passive, quadratic, weight, strict=True)]
+        return [total((x, neg(y), z)) for x, y, z in zip(b.factored.solve(rest), undone, falling, strict=True)]
+
+
+def _weight(b: Builder) -> tuple[list[Scalar], list[Scalar]]:
+    """gravity_force = forces − mass_matrix · accelerations: none of these where everything hangs on free bodies, which
+    fall, else none of those."""
+    gravity, roots = b.values.gravity(), [at for at in b.shared.moving if at.link.parent < 0]
+    falling: list[Scalar] = [0] * b.tree.nv
+    if b.tree.coupled or any(at.link.kind != FREE for at in roots):
+        return b.reduce(coriolis.gravity_force(b.shared, gravity)), falling
+    for at in roots:
+        body = b.scene.options.base_velocity == "body"
+        falling[at.link.v : at.link.v + 3] = at.to_link(gravity) if body else gravity
+    return [mul(extra, x) for extra, x in zip(b.armature, falling, strict=True)], falling
 
 
 def _columns(matrix: Sequence[Sequence[Scalar]]) -> Matrix:
