@@ -422,8 +422,8 @@ class _Loops:
             raise self.refuse(line)
 
     def is_table(self, name: str, dimensions: int) -> bool:
-        table = self.reader.integers.get(name)
-        return bool(table) and isinstance(table[0], tuple) == (dimensions == 2)
+        table: Any = self.reader.integers.get(name, ())
+        return len(table) > 0 and isinstance(table[0], tuple) == (dimensions == 2)
 
     def index(self, text: str) -> str:
         """An index: sums and products of numbers, loop variables, entries of the row and of tables."""
