@@ -51,6 +51,8 @@ class Switch:
     patch: Callable[[], Any] | None = None
     """A context in which the program is derived."""
     trigonometry: str = ""
+    flags: tuple[str, ...] = ()
+    """For the compiler, where it is about the C alone."""
     applies: Callable[[Family, str], bool] = lambda family, function: True
 
 
@@ -97,6 +99,7 @@ SWITCHES: tuple[Switch, ...] = (
     ),
     Switch("no common factors", patch=lambda: _patched(passes, "common_factor", lambda program: program)),
     Switch("sine and cosine by libm", trigonometry="libm"),
+    Switch("no fused multiply-adds", flags=("-ffp-contract=off",)),
     Switch(PLAIN, family=lambda family: replace(family, regrouped=False, merged=False)),
 )  # fmt: skip
 
@@ -129,9 +132,11 @@ class Ablation:
         """Rounding error of the chosen plan over that of the plain recursion; None where there is none, 1 at most where
         both are a few roundings."""
         chosen, plain = self.base(function), self.base(function, PLAIN)
-        if chosen is None or plain is None:
-            return None
-        return max(chosen.error, NOISE) / max(plain.error, NOISE)
+        return None if chosen is None or plain is None else _growth(chosen, plain)
+
+    def _times_plain(self, row: AblationRow) -> str:
+        plain = self.base(row.function, PLAIN)
+        return "–" if plain is None else f"{_growth(row, plain):.1f}"
 
     @property
     def passed(self) -> bool:
@@ -150,20 +155,27 @@ class Ablation:
                     row.function, row.switched_off, row.flops, _percent(row.flops, base.flops),
                     f"{row.instructions:.0f}" if row.instructions is not None else "–",
                     _percent(row.instructions or 0, base.instructions or 0) if counted else "–",
-                    f"{row.error:.1e}", "" if row.agrees else "DIFFERENT NUMBERS",
+                    f"{row.error:.1e}", self._times_plain(row), "" if row.agrees else "DIFFERENT NUMBERS",
                 )
             )  # fmt: skip
-        header = ("function", "switched off", "flops", "", "instr.", "", "max error", "")
+        header = ("function", "switched off", "flops", "", "instr.", "", "max error", "× plain", "")
         parts = [
             f"{self.scene}: one transformation switched off at a time",
             "",
-            table(header, lines, right=range(2, 7)),
+            table(header, lines, right=range(2, 8)),
         ]
+        without = [switch.name for switch in SWITCHES if switch.name not in {row.switched_off for row in self.rows}]
+        if without:
+            parts += ["", f"changes nothing here: {'; '.join(without)}"]
         growths = {row.function: self.growth(row.function) for row in self.rows}
         told = ", ".join(f"{name} {x:.1f}" for name, x in growths.items() if x is not None)
         return "\n".join(
             [*parts, "", f"rounding error over that of the plain recursion (at most {GROWTH:.0f}): {told}"]
         )
+
+
+def _growth(row: AblationRow, plain: AblationRow) -> float:
+    return max(row.error, NOISE) / max(plain.error, NOISE)
 
 
 def _percent(value: float, base: float) -> str:
@@ -207,7 +219,8 @@ def ablated(problem: Problem, name: str, switch: Switch) -> Program | None:
         system = derive(problem.scene)  # a fresh one: what is derived is kept in it
         program = build(system.lowered, system.natural, system.output(name), switch.family(family))
     same = program.instructions == problem.programs[name].instructions
-    return None if same and not switch.trigonometry and switch.name != PLAIN else program
+    in_c = bool(switch.trigonometry or switch.flags)
+    return None if same and not in_c and switch.name != PLAIN else program
 
 
 def measured(
@@ -257,7 +270,9 @@ def variant_of(problem: Problem, number: int, name: str, program: Program, switc
         info = replace(info, options=replace(info.options, trigonometry=switch.trigonometry))
     emitted = emit_c(f"form{number}", [program], info)
     headers = tuple((file, text) for file, text in emitted.files.items() if file.endswith(".h"))
-    units = tuple(Unit(Path(file).stem, emitted.files[file], headers=headers) for file in emitted.sources)
+    units = tuple(
+        Unit(Path(file).stem, emitted.files[file], flags=switch.flags, headers=headers) for file in emitted.sources
+    )
     symbol, sizes = f"form{number}_{program.name}", problem.shapes(name)
     starts = np.cumsum([0, *sizes])[:-1]
     inputs = [port.name for port in program.inputs]

@@ -102,9 +102,9 @@ class Workshop:
         return self._made(unit, words, kind, link)
 
     def _run(self, command: Sequence[str], place: Path, limited: bool = False) -> float:
-        """CPU seconds of a compiler; one at a time and politely, since some take gigabytes. The limit is on its CPU
-        time, so that it does not depend on what else the machine does."""
-        nice = "nice " if shutil.which("nice") else ""
+        """CPU seconds of a compiler; politely where it takes minutes and gigabytes. The limit is on its CPU time, so
+        that it does not depend on what else the machine does."""
+        nice = "nice " if shutil.which("nice") and not limited else ""
         limit = f"ulimit -t {int(self.limit_s)}; " if limited else ""
         shell = f"{limit}exec {nice}{shlex.join(command)}"
         before = os.times()
