@@ -148,6 +148,28 @@ class Graph:
         key = (op, *[x.number for x in args])
         return self._known.get(key) or self._make(key, op, args)
 
+    def adopt(self, program: Program) -> list[Node]:
+        """The instructions of a program as nodes, exactly as written, in their order."""
+        done: list[Node] = []
+        for op, args, value, label, phase in program.instructions:
+            self.current_phase = phase
+            if args:
+                node = self.raw(op, *[done[k] for k in args])
+            elif isinstance(value, Fraction):
+                node = self.const(value)
+            else:
+                assert isinstance(value, tuple)
+                node = self.input(*value)
+            node.label = label
+            done.append(node)
+        return done
+
+    def drop(self, node: Node) -> None:
+        """Forget that a node exists: it will not be found, nor made again as itself."""
+        key = (node.op, *[x.number for x in node.args])
+        if node.args and self._known.get(key) is node:
+            del self._known[key]
+
     def forget(self) -> None:
         """Let go of all nodes, which otherwise wait for the garbage collector: they and their graph know each other."""
         self.nodes.clear()
@@ -206,11 +228,13 @@ def extract(
     guards: Sequence[Node] = (),
     plan: str = "",
     summary: str = "",
+    order: Sequence[Node] | None = None,
 ) -> Program:
-    """The program that computes ``results`` (scalars per output, row-major): live nodes only, in the order made."""
+    """The program that computes ``results`` (scalars per output, row-major): live nodes only, in the order made or in
+    ``order``, where arguments come first too."""
     wanted = [[x if type(x) is Node else graph.const(x) for x in row] for row in results]
-    nodes = graph.nodes
-    live = bytearray(len(nodes))
+    nodes = graph.nodes if order is None else order
+    live = bytearray(len(graph.nodes))
     for row in (*wanted, guards):
         for node in row:
             live[node.number] = 1
@@ -218,10 +242,10 @@ def extract(
         if live[node.number]:
             for argument in node.args:
                 live[argument.number] = 1
-    place = [0] * len(nodes)
+    place = [0] * len(live)
     instructions: list[Instruction] = []
     new: Any = tuple.__new__  # what the named tuple's own constructor does, at a third of its time
-    for node in compress(nodes, live):
+    for node in compress(nodes, live) if order is None else [node for node in order if live[node.number]]:
         place[node.number] = len(instructions)
         args = tuple([place[a.number] for a in node.args])
         instructions.append(new(Instruction, (node.op, args, node.value, node.label, node.phase)))

@@ -29,6 +29,10 @@ OPERATIONS: dict[str, int] = {
 """Every operation and its number of arguments."""
 
 
+TURNING = frozenset({"cos", "sin", "cos_sqrt", "sinc_sqrt", "sinc3_sqrt"})
+"""What counts as a sine or cosine."""
+
+
 class Instruction(NamedTuple):
     """One operation. (A named tuple: programs have tens of thousands.)"""
 
@@ -94,15 +98,12 @@ class Program:
 def count(program: Program) -> Counts:
     """Operation counts of a program: neg counts as nothing where it folds into an add or sub; here it is
     counted as an add, since a C compiler may need an instruction for it."""
-    tally = {"add": 0, "sub": 0, "neg": 0, "mul": 0, "div": 0, "sqrt": 0}
+    tally = dict.fromkeys(OPERATIONS, 0)
     pairs: set[tuple[str, int]] = set()
-    for instruction in program.instructions:
-        if instruction.op in tally:
-            tally[instruction.op] += 1
-        elif instruction.op in ("cos", "sin"):
-            pairs.add(("", instruction.args[0]))
-        elif instruction.op.endswith("_sqrt"):
-            pairs.add((instruction.op, instruction.args[0]))
+    for op, args, _, _, _ in program.instructions:
+        tally[op] += 1
+        if op in TURNING:
+            pairs.add(("" if op in ("cos", "sin") else op, args[0]))
     return Counts(
         add=tally["add"] + tally["sub"] + tally["neg"],
         mul=tally["mul"],
