@@ -150,7 +150,7 @@ class Enclosure:
     """Proven bounds, not counting the roundings of the evaluation itself (those are measured, in ulp).
 
     ``sine`` and ``cosine``: |polynomial − function| relative to the function, |y| ≤ ``half_range``.
-    ``sinc3``: likewise for y² ≤ 4. ``reduction``: |r + t − (x − n·π/2)| / |r| where the fast path is taken.
+    ``sinc3``: likewise for y² ≤ 4. ``reduction``: |r − t − (x − n·π/2)| / |r| where the fast path is taken.
     """
 
     precision: str
@@ -224,7 +224,7 @@ def _shift(coefficients: Sequence[Fraction], middle: Fraction) -> list[Fraction]
 
 
 def _reduction_error(kernel: Kernel, precision: str) -> Fraction:
-    """Error of r + t relative to |r| on the fast path.
+    """Error of r − t relative to |r| on the fast path.
 
     n·P1 and n·P2 are exact (the parts are cut so that they are, see the tool), x − n·P1 and the error of its
     difference with n·P2 too. Left: the rounding of n·P3 and of w3, and n times what three parts miss of π/2.
