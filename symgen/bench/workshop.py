@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import platform
 import re
 import shlex
 import shutil
@@ -50,7 +51,7 @@ class Workshop:
     say: Callable[[str], None] = lambda what: None
 
     def counted_flags(self) -> tuple[str, ...]:
-        return COUNTED_X86 if os.uname().machine in ("x86_64", "amd64") else SHARED
+        return COUNTED_X86 if platform.machine().lower() in ("x86_64", "amd64") else SHARED
 
     def compiler(self, language: str) -> str:
         """Raises CompileError where there is none."""

@@ -78,6 +78,7 @@ def own(problem: Problem, workshop: Workshop) -> Found:
     import casadi
 
     from symgen.targets.casadi import casadi_function
+    from symgen.targets.casadi.emit import casadi_name
 
     found = Found()
     for name, program in problem.programs.items():
@@ -85,7 +86,7 @@ def own(problem: Problem, workshop: Workshop) -> Found:
             continue
         started = time.process_time()
         made = casadi_function(program)
-        symbol = f"owncasadi_{name}"
+        symbol = casadi_name(f"owncasadi_{program.name}")
         inputs = made.sx_in()
         function = casadi.Function(symbol, inputs, made.call(inputs))
         text = c_text(function)

@@ -16,6 +16,7 @@ from symgen.errors import NotSupportedError
 from symgen.generate import generate
 from symgen.program.instructions import count
 from symgen.scene.model import Output
+from symgen.scene.outputs import function_name
 from symgen.scene.request import request
 
 SHARED = ("dt", "p")
@@ -45,7 +46,7 @@ def _variants(problem: Problem, output: Output, batch: bool) -> list[Variant]:
     """The scalar function, or its two batches."""
     scene = request(problem.scene, outputs=(output,), targets=("c",))
     scene = replace(scene, options=replace(scene.options, batch=batch, status=False))
-    folder = problem.folder / ("batch" if batch else "scalar") / output.name.replace(":", "_")
+    folder = problem.folder / ("batch" if batch else "scalar") / function_name(output.name)
     started = time.process_time()
     artifact = generate(scene, folder)
     seconds = time.process_time() - started
