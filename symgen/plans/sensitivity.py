@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from symgen.algebra.linear import add, dot, half, mul, neg, sub, total, transpose
@@ -133,23 +134,39 @@ def _columns(matrix: Sequence[Sequence[Scalar]]) -> Matrix:
 
 
 def second_derivatives(b: Builder) -> tuple[list[Matrix], ...]:
-    """d2tau_dqdq, d2tau_dqdv, d2tau_dvdv, d2tau_dadq: tangents of the first derivatives. What is symmetric in the two
-    directions is derived once: everything but pairs of directions of one quaternion joint."""
+    """d2tau_dqdq, d2tau_dqdv, d2tau_dvdv, d2tau_dadq: tangents of the first derivatives and of the mass matrix along q.
+    What is symmetric in two indices is derived once: everything but pairs of directions of one quaternion joint."""
     by_position, by_velocity = inverse_dynamics(b, b.state.a)
-    group = _turning_groups(b)
-    nv = b.tree.nv
+    group, indices = _turning_groups(b), range(b.tree.nv)
 
-    def mirrored(j: int, k: int) -> bool:
-        return j < k and (group[j] != group[k] or group[j] < 0)
+    def alike(j: int, k: int) -> bool:
+        return group[j] == group[k] >= 0
 
-    dqdq = _tensor(b, by_position, "q", mirrored)
-    dqdv = _tensor(b, by_position, "v", lambda j, k: False)
-    dvdv = _tensor(b, by_velocity, "v", lambda j, k: j < k)
+    dqdq = _tensor(b, by_position, "q", lambda i, j, k: k >= j or alike(j, k))
+    for i, j, k in product(indices, indices, indices):
+        if j > k and not alike(j, k):
+            dqdq[i][j][k] = dqdq[i][k][j]
+    dvdq = _tensor(b, by_velocity, "q", lambda i, j, k: True)
     # M[i][j] by q: the tensor [i][j][k] is symmetric in i and j.
-    lower = [[x if j <= i else 0 for j, x in enumerate(row)] for i, row in enumerate(b.mass_matrix)]
-    half = _tensor(b, lower, "q", lambda j, k: False)
-    dadq = [[half[max(i, j)][min(i, j)] for j in range(nv)] for i in range(nv)]
-    return dqdq, dqdv, dvdv, dadq
+    half = _tensor(b, b.mass_matrix, "q", lambda i, j, k: j <= i)
+    dadq = [[half[max(i, j)][min(i, j)] for j in indices] for i in indices]
+    return dqdq, [_columns(matrix) for matrix in dvdq], _by_velocities(b, by_velocity, dadq, alike), dadq
+
+
+def _by_velocities(
+    b: Builder, by_velocity: Matrix, dadq: Sequence[Matrix], alike: Callable[[int, int], bool]
+) -> list[Matrix]:
+    """d2tau_dvdv: Christoffel's symbols ∂M[i][j]/∂q_k + ∂M[i][k]/∂q_j − ∂M[j][k]/∂q_i where i is no direction of the
+    quaternion joint that j or k is of (those do not commute), else tangents."""
+    indices = range(b.tree.nv)
+    found = _tensor(b, by_velocity, "v", lambda i, j, k: k <= j and (alike(i, j) or alike(i, k)))
+    for i, j, k in product(indices, indices, indices):
+        if j < k:
+            continue
+        if not (alike(i, j) or alike(i, k)):
+            found[i][j][k] = sub(add(dadq[i][j][k], dadq[i][k][j]), dadq[j][k][i])
+        found[i][k][j] = found[i][j][k]
+    return found
 
 
 def _turning_groups(b: Builder) -> list[int]:
@@ -161,16 +178,12 @@ def _turning_groups(b: Builder) -> list[int]:
     return found
 
 
-def _tensor(b: Builder, matrix: Sequence[Sequence[Scalar]], name: str, mirrored: Any) -> list[Matrix]:
-    """[i][j][k] = derivative of matrix[i][j] along direction k of ``name``; mirrored entries are [i][k][j]."""
-    nv = b.tree.nv
-    wanted = [sum(1 << k for k in range(nv) if not mirrored(j, k)) for j in range(nv)]
+def _tensor(
+    b: Builder, matrix: Sequence[Sequence[Scalar]], name: str, asked: Callable[[int, int, int], bool]
+) -> list[Matrix]:
+    """[i][j][k] = derivative of matrix[i][j] along direction k of ``name``, where asked for; elsewhere 0."""
+    nv, roots = b.tree.nv, [x for row in matrix for x in row]
+    wanted = [sum(1 << k for k in range(nv) if asked(i, j, k)) for i in range(nv) for j in range(nv)]
     with b.graph.phase(f"second derivatives along {name}"):
-        rates = tangents(b.graph, [x for row in matrix for x in row], seeds(b, name), wanted * nv)
-    found = [[[rates[k][i * nv + j] for k in range(nv)] for j in range(nv)] for i in range(nv)]
-    for j in range(nv):
-        for k in range(nv):
-            if mirrored(j, k):
-                for i in range(nv):
-                    found[i][j][k] = found[i][k][j]
-    return found
+        rates = tangents(b.graph, roots, seeds(b, name), wanted)
+    return [[[rates[k][i * nv + j] for k in range(nv)] for j in range(nv)] for i in range(nv)]
