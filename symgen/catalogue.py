@@ -149,6 +149,11 @@ CATALOGUE.update({
 
 FORCE = "N or N.m"
 
+CATALOGUE["step"] = Row(
+    ("q", "v", "tau", "dt"), (("q_next", ("nq",), "as q"), ("v_next", ("nv",), "m/s or rad/s")),
+    "state after dt with constant tau", None,
+)  # fmt: skip
+
 CATALOGUE.update({
     "center_of_mass": Row(
         ("q",), (("com", (3,), "m"),), "centre of mass of the moving bodies, ground axes",

@@ -21,13 +21,15 @@ from symgen.algebra.numbers import State
 from symgen.catalogue import output_ports, row_of, sizes, split_row
 from symgen.emitted import Check, Emitted, Pairs, residues
 from symgen.errors import CertificateError, SceneError, SymgenError
+from symgen.integrators import literal as literal_steps
 from symgen.literal.equations import Literal
 from symgen.loops.degree import formal_degree
-from symgen.loops.model import LoopProgram
+from symgen.loops.model import LoopProgram, loop_counts
 from symgen.plans.build import flatten
 from symgen.program.angles import register_sums
+from symgen.program.composed import ComposedProgram, composed_counts
 from symgen.program.evaluate import evaluate_residues
-from symgen.program.instructions import Program
+from symgen.program.instructions import Counts, Program, count
 from symgen.scene.model import Output
 from symgen.system import System
 
@@ -102,6 +104,7 @@ CHECKS: dict[str, tuple[str, Check]] = {
     "mass_matrix_inverse": ("literal R^T(M(R Minv x)) = x, x random", _inverse),
     **derivative_checks.CHECKS,
     **kinematic_checks.CHECKS,
+    **literal_steps.CHECKS,
 }
 """Rows that are not compared entry by entry."""
 
@@ -215,7 +218,7 @@ class Certifier:
 
     def _nowhere(self, output: Output, program: Program, p: int) -> SymgenError:
         """Why there is no point: the scene, where what was derived has no value anywhere either, else the text."""
-        for attempt in range(0 if isinstance(program, LoopProgram) else ATTEMPTS):
+        for attempt in range(0 if isinstance(program, LoopProgram | ComposedProgram) else ATTEMPTS):
             numbers, inputs, _ = self._point(p, attempt)
             try:
                 evaluate_residues(program, numbers, inputs | self._further(program, inputs, p))
@@ -256,7 +259,9 @@ def _degree(program: Program, system: System) -> tuple[int, str]:
     the field, each operation is counted as one random residue instead, and the method says so.
     """
     literal = 16 * system.tree.nv + 64
-    if isinstance(program, LoopProgram):
+    if isinstance(program, ComposedProgram):
+        bound, operations = LARGE, max(1, composed_counts(program, _counted(program)).flops)
+    elif isinstance(program, LoopProgram):
         bound, operations = formal_degree(program, LARGE), program.performed
     else:
         bound, operations = _formal_degree(program), len(program.instructions)
@@ -264,6 +269,12 @@ def _degree(program: Program, system: System) -> tuple[int, str]:
     if bound >= LARGE:
         bound, assumption = operations, "; operations counted as random residues"
     return max(bound, literal) + literal, assumption
+
+
+def _counted(program: ComposedProgram) -> dict[str, Counts]:
+    """Operations of what a step calls."""
+    called = program.callees.items()
+    return {name: loop_counts(own) if isinstance(own, LoopProgram) else count(own) for name, own in called}
 
 
 def _formal_degree(program: Program) -> int:

@@ -20,8 +20,10 @@ from symgen.artifact import (
 )
 from symgen.certificate import Candidate, Certificate, Certifier
 from symgen.errors import CertificateError, ToolError
+from symgen.integrators.certify import certify_step
 from symgen.loops.choose import Code
 from symgen.loops.read import ReadLoops
+from symgen.program.composed import ComposedProgram
 from symgen.program.evaluate import evaluate_in_field, evaluate_residues
 from symgen.program.instructions import Program
 from symgen.program.memory import uncollected
@@ -29,6 +31,7 @@ from symgen.scene.load import load
 from symgen.scene.model import Output, Scene
 from symgen.system import System, derive
 from symgen.targets.c import Info, JointRow, ReadFunction, emit_c, read_back
+from symgen.targets.c.read_back import Read
 from symgen.targets.c.sincos import enclosure
 from symgen.targets.cuda import emit_cuda, read_cuda
 from symgen.version import VERSION
@@ -82,6 +85,7 @@ def generate_files(system: System, progress: Progress) -> Generated:
         codes.append(system.code(output.name))
     programs = [code.program for code in codes]
     straight = [code.straight for code in codes if code.straight is not None]
+    straight_of = {code.program.name: code.straight for code in codes}
     progress(len(outputs), total, "emit")
     info = replace(target_info(system), notes=tuple(code.note for code in codes if code.note))
     emitted = emit_c(system.scene.name, programs, info) if "c" in targets else None
@@ -91,7 +95,7 @@ def generate_files(system: System, progress: Progress) -> Generated:
     cuda = emit_cuda(system.scene.name, straight, info) if "cuda" in targets else None
     forms = {SCALAR: read.functions, VECTORS: read.vectors} if read else {}
     forms |= {THREADS: read_cuda(cuda)} if cuda else {}
-    stored = _casadi_functions(system.scene.name, straight) if "casadi" in targets else {}
+    stored = _casadi_functions(system, codes) if "casadi" in targets else {}
     files: dict[str, str | bytes] = dict(emitted.files) if emitted else {}
     files.update(cuda.files if cuda else {})
     files.update({row.path: row.content for row in stored.values()})
@@ -105,7 +109,12 @@ def generate_files(system: System, progress: Progress) -> Generated:
         function = stored.get(program.name)
         if not texts and function is None:
             continue  # all its outputs are empty: left out, as the header says
-        certificate = _certify(certifier, output, code, texts, function.read_back if function else None)
+        in_casadi = function.read_back if function else None
+        if isinstance(program, ComposedProgram):
+            whole = read.functions if read else {}
+            certificate = certify_step(certifier, output, program, whole, straight_of, in_casadi)
+        else:
+            certificate = _certify(certifier, output, code, texts, in_casadi)
         certificates[program.name] = certificate
         records.append(FunctionRecord(program, certificate.to_json(), function.path if function else None))
     progress(total, total, "write")
@@ -148,19 +157,19 @@ class _Stored:
     """What ``casadi.Function.load`` makes of the content."""
 
 
-def _casadi_functions(scene: str, programs: Sequence[Program]) -> dict[str, _Stored]:
-    """By program name; none for functions whose outputs are all empty."""
+def _casadi_functions(system: System, codes: Sequence[Code]) -> dict[str, _Stored]:
+    """By program name; none for functions whose outputs are all empty, or that would be too long."""
     import casadi
 
-    from symgen.targets.casadi import casadi_function
-
     found: dict[str, _Stored] = {}
+    programs = {code.program.name: code.straight for code in codes}
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "f.casadi"
-        for program in programs:
-            if any(port.size for port in program.outputs):
-                made = casadi_function(program)
-                path = f"{scene}.casadi/{program.name}.casadi"
+        for code in codes:
+            program = code.program
+            made = _casadi_function(code, programs) if any(port.size for port in program.outputs) else None
+            if made is not None:
+                path = f"{system.scene.name}.casadi/{program.name}.casadi"
                 try:
                     made.save(str(file))
                     found[program.name] = _Stored(path, file.read_bytes(), casadi.Function.load(str(file)))
@@ -172,11 +181,22 @@ def _casadi_functions(scene: str, programs: Sequence[Program]) -> dict[str, _Sto
     return found
 
 
+def _casadi_function(code: Code, programs: Mapping[str, Program | None]) -> casadi.Function | None:
+    """None where it, or what it calls, has no straight-line form."""
+    from symgen.integrators.casadi import casadi_step
+    from symgen.targets.casadi import casadi_function
+
+    if not isinstance(code.program, ComposedProgram):
+        return casadi_function(code.straight) if code.straight is not None else None
+    callees = {row: program for row in code.program.callees if (program := programs[row]) is not None}
+    return casadi_step(code.program, callees) if len(callees) == len(code.program.callees) else None
+
+
 def _certify(
     certifier: Certifier,
     output: Output,
     code: Code,
-    texts: Mapping[str, ReadFunction | ReadLoops],
+    texts: Mapping[str, Read],
     function: casadi.Function | None,
 ) -> Certificate:
     """Certify everything that was emitted for one function. ``texts``: form → its statements, read back."""
@@ -195,9 +215,9 @@ def _certify(
     )
 
 
-def _c_candidates(texts: Mapping[str, ReadFunction | ReadLoops], code: Code) -> list[Candidate]:
+def _c_candidates(texts: Mapping[str, Read], code: Code) -> list[Candidate]:
     """One candidate for all forms that are, once read, word for word the same."""
-    groups: list[tuple[ReadFunction | ReadLoops, list[str]]] = []
+    groups: list[tuple[Read, list[str]]] = []
     for form, text in texts.items():
         same = next((forms for other, forms in groups if other == text), None)
         if same is None:
@@ -207,12 +227,12 @@ def _c_candidates(texts: Mapping[str, ReadFunction | ReadLoops], code: Code) -> 
     return [_candidate(text, code, ", ".join(forms)) for text, forms in groups]
 
 
-def _candidate(text: ReadFunction | ReadLoops, code: Code, what: str) -> Candidate:
+def _candidate(text: Read, code: Code, what: str) -> Candidate:
     if isinstance(text, ReadLoops):
         return Candidate(
             f"{what} in loops", lambda numbers, inputs: text.evaluate_mod(numbers.p, inputs, numbers.apply)
         )
-    assert code.straight is not None
+    assert code.straight is not None and isinstance(text, ReadFunction)
     return _c_candidate(text, code.straight, what)
 
 
@@ -244,7 +264,7 @@ def _program_candidate(program: Program) -> Candidate:
     return Candidate(f"its {program.plan} plan", partial(evaluate_in_field, program), emitted=False)
 
 
-def _remarks(text: ReadFunction | ReadLoops, system: System) -> str:
+def _remarks(text: Read, system: System) -> str:
     """What of the C is proven otherwise: its constants, and its sine and cosine."""
     remarks = "; C constants proven correctly rounded"
     options = system.scene.options

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from symgen.algebra.numbers import Numbers, State
 from symgen.catalogue import OF_CONSTRAINTS, Sizes, output_ports, row_of, sizes, split_row
 from symgen.errors import NotSupportedError, SceneError
+from symgen.integrators.plan import compose, is_step, needed_rows
 from symgen.literal.base_parameters import BaseParameters, base_parameters
 from symgen.literal.equations import Literal
 from symgen.loops.choose import Code, code_of
@@ -22,7 +23,8 @@ from symgen.natural.layout import NaturalCoordinates
 from symgen.plans.choose import Choice, PlanChoice, choose
 from symgen.plans.families import innermost
 from symgen.plans.walk import Lowered, lowered
-from symgen.program.instructions import Program
+from symgen.program.composed import ComposedProgram, composed_counts
+from symgen.program.instructions import Program, count
 from symgen.program.memory import uncollected
 from symgen.scene.load import load
 from symgen.scene.model import Output, Scene
@@ -78,9 +80,10 @@ class System:
     @property
     def outputs(self) -> tuple[Output, ...]:
         """The functions the scene asks for; the catalogue's default set where it asks for none (without constraints
-        where origins of joints are run-time arguments: those have none)."""
+        where origins of joints are run-time arguments: those have none); and what steps call."""
         if self.scene.outputs or not self.scene.runtime_origins:
-            return self.scene.outputs or DEFAULT_OUTPUTS
+            wanted = self.scene.outputs or DEFAULT_OUTPUTS
+            return (*wanted, *needed_rows(wanted))
         return tuple(output for output in DEFAULT_OUTPUTS if output.name not in OF_CONSTRAINTS)
 
     def output(self, name: str) -> Output:
@@ -140,12 +143,23 @@ class System:
         self.require_tree()
         output = self.output(name)
         self.require(output)
+        if is_step(output) and output not in self._codes:
+            self._codes[output] = self._step_code(output)
         if output not in self._codes:
             self._codes[output] = code_of(self.lowered, self.natural, output, lambda: self.program(name))
         return self._codes[output]
 
+    def _step_code(self, output: Output) -> Code:
+        program = compose(self.lowered, self.sizes, output, lambda row: self.code(row).program)
+        why = f"calls {', '.join(program.callees)}"
+        targets = [target for target in self.scene.options.targets if target == "cuda"]
+        return Code(program, None, why, f"{program.name} is left out of cuda: it calls others" if targets else "")
+
     def program(self, name: str) -> Program:
-        """The exact straight-line program of a function, by its cheapest plan."""
+        """The exact straight-line program of a function, by its cheapest plan. Raises NotSupportedError for steps,
+        which are calls of others (`code`)."""
+        if is_step(self.output(name)):
+            raise NotSupportedError(f"{name} has no straight-line program: it calls other functions")
         return self._choose(name, False).program
 
     def others(self, name: str) -> tuple[Program, ...]:
@@ -156,6 +170,10 @@ class System:
         """What was weighed for a function: plans, counts, which was taken, and why. Of a function in loops, nothing
         else is counted."""
         code = self.code(name)
+        if isinstance(code.program, ComposedProgram):
+            callees = code.program.callees.items()
+            own = {row: loop_counts(x) if isinstance(x, LoopProgram) else count(x) for row, x in callees}
+            return (PlanChoice(code.program.plan, composed_counts(code.program, own), True, code.why),)
         if isinstance(code.program, LoopProgram):
             return (PlanChoice(code.program.plan, loop_counts(code.program), True, code.why),)
         return self._choose(name, every).weighed
@@ -193,6 +211,12 @@ class System:
         """A function as a casadi.Function with named inputs and outputs."""
         from symgen.targets.casadi import casadi_function
 
+        if is_step(self.output(name)):
+            from symgen.integrators.casadi import casadi_step
+
+            code = self.code(name).program
+            assert isinstance(code, ComposedProgram)
+            return casadi_step(code, {row: self.program(row) for row in code.callees})
         return casadi_function(self.program(name))
 
 

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+from symgen.program.composed import ComposedProgram
 from symgen.program.instructions import Counts, Program, count
 
 CONSTANTS = "k"
@@ -146,7 +147,7 @@ def _times(sweep: Sweep, row: tuple[int, ...]) -> int:
 
 def straight_programs(program: Program) -> Iterator[Program]:
     """The straight-line programs that a function is made of: itself, or its steps."""
-    if isinstance(program, LoopProgram):
+    if isinstance(program, LoopProgram | ComposedProgram):
         yield from program.steps
     else:
         yield program

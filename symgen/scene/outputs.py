@@ -48,6 +48,7 @@ CATALOGUE: dict[str, str] = {
     "joint_wrenches": "force and moment that each joint transmits to its child",
     "constraint_forces": "multipliers of the constraints of the natural coordinates",
     "integrate": "a step on the configuration manifold",
+    "step": "q and v after a time step with constant tau (step:METHOD)",
     "closure": "closure of the loops",
     "closure_jacobian": "its Jacobian",
     "constrained_forward_dynamics": "accelerations with the loops closed",
@@ -63,12 +64,15 @@ PRODUCTS = {
 
 NOT_DERIVED = frozenset({
     "integrate", "natural_mass_matrix", "mass_matrix_inverse", "forward_dynamics_derivatives", "constraint_forces",
-    "inverse_dynamics_second_derivatives", "base_parameters", *PRODUCTS,
+    "step", "inverse_dynamics_second_derivatives", "base_parameters", *PRODUCTS,
 })  # fmt: skip
 """Rows without products."""
 
 OF_A_FRAME = frozenset({"frame_pose", "frame_jacobian", "frame_velocity", "frame_bias_acceleration"})
 """Rows written ROW:FRAME."""
+
+STEPS = ("semi_implicit_euler", "rk4", "lie", "implicit_midpoint")
+"""Methods of steps, written step:METHOD."""
 
 AVAILABLE = frozenset({
     "natural_coordinates", "natural_mass_matrix", "constraints", "constraint_jacobian", "velocity_transformation",
@@ -77,14 +81,14 @@ AVAILABLE = frozenset({
     "frame_pose", "integrate", "mass_matrix_inverse", "inverse_dynamics_derivatives", "forward_dynamics_derivatives",
     "inverse_dynamics_second_derivatives", "center_of_mass", "momentum", "momentum_matrix", "frame_jacobian",
     "frame_velocity", "frame_bias_acceleration", "regressor", "base_regressor", "base_parameters", "joint_wrenches",
-    "constraint_forces",
+    "constraint_forces", "step",
 })  # fmt: skip
 """Rows that can be made now."""
 
 _READS = {
     "a": frozenset({"inverse_dynamics", "inverse_dynamics_derivatives", "inverse_dynamics_second_derivatives",
                     "regressor", "base_regressor", "joint_wrenches", "constraint_forces"}),
-    "tau": frozenset({"forward_dynamics", "forward_dynamics_derivatives", "constrained_forward_dynamics"}),
+    "tau": frozenset({"forward_dynamics", "forward_dynamics_derivatives", "constrained_forward_dynamics", "step"}),
 }  # fmt: skip
 _GIVES = {"inverse_dynamics": "tau", "forward_dynamics": "a", "constrained_forward_dynamics": "a"}
 """Names that are an argument of one row and the result of another: such rows cannot be one function."""
@@ -151,6 +155,11 @@ def check_row(row: str, frames: Iterable[str], place: str) -> str:
         raise SceneError(f"unknown output {clean(row)!r}{did_you_mean(name, [*CATALOGUE, *PRODUCTS])}", place)
     if name in OF_A_FRAME and not frame:
         raise SceneError(f"{name} needs a frame: {name}:NAME", place)
+    if name == "step":
+        if frame not in STEPS:
+            known_methods = f"step needs a method: {', '.join(f'step:{method}' for method in STEPS)}"
+            raise SceneError(f"{known_methods}{did_you_mean(frame, STEPS) if frame else ''}", place)
+        return row
     if colon and name not in OF_A_FRAME:
         raise SceneError(f"{name} takes no frame; write {name!r}", place)
     known = list(frames)
@@ -184,6 +193,11 @@ def _check_together(output: Output, place: str) -> None:
     if len(set(output.of)) < len(output.of):
         twice = next(row for row in output.of if output.of.count(row) > 1)
         raise SceneError(f"{clean(twice)!r} is listed twice in {clean(output.name)!r}", place)
+    step = next((row for row in output.of if row.startswith("step:")), None)
+    if step is not None and (len(output.of) > 1 or output.name != step):
+        raise SceneError(
+            f"{clean(step)} is a function of its own: it calls others, and shares no work with them", place
+        )
     if output.of != (output.name,) and output.name.endswith(_SUFFIXES):
         raise SceneError(f"{clean(output.name)!r} ends like a form of another function ({', '.join(_SUFFIXES)})", place)
     weighted = [row.partition(":")[2].partition(":")[0] for row in output.of if row.startswith("vjp:")]

@@ -9,6 +9,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from symgen.loops.model import LoopProgram
+from symgen.program.composed import ComposedProgram
 from symgen.program.instructions import Port, Program
 from symgen.scene.model import Options
 from symgen.targets.c.literals import PRECISIONS, Constant, ConstantTable, Precision
@@ -136,7 +138,10 @@ def batch_files(
 
 
 def fits(program: Program) -> bool:
-    """Whether the inputs and outputs of a block of states fit on the stack."""
+    """Whether a function can run over a block of states, whose inputs and outputs must fit on the stack; loops and
+    steps run state by state."""
+    if isinstance(program, LoopProgram | ComposedProgram):
+        return False
     return WIDEST * sum(port.size for port in program.inputs + program.outputs) <= TILE_LIMIT
 
 

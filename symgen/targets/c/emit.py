@@ -11,15 +11,25 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from symgen.errors import NotSupportedError, SceneError
+from symgen.integrators.text import write_composed
 from symgen.loops.model import LoopProgram, straight_programs
 from symgen.loops.text import LoopBody, write_loops
+from symgen.program.composed import ComposedProgram
 from symgen.program.instructions import Counts, Port, Program
 from symgen.scene.names import sanitise
 from symgen.targets.c.batch import BatchFile, batch_files
 from symgen.targets.c.comments import comment_lines, comment_text
 from symgen.targets.c.example import example_file
 from symgen.targets.c.info import Info
-from symgen.targets.c.literals import PRECISIONS, Constant, Precision, constant_table, inline_literal, rounded_literal
+from symgen.targets.c.literals import (
+    PRECISIONS,
+    Constant,
+    ConstantTable,
+    Precision,
+    constant_table,
+    inline_literal,
+    rounded_literal,
+)
 from symgen.targets.c.names import HELPERS, Names
 from symgen.targets.c.signatures import Symbols, batch_prototypes, prototype, returns_status, scalar_arguments, symbols
 from symgen.targets.c.sincos import helper_functions
@@ -85,12 +95,7 @@ def emit_c(name: str, programs: Sequence[Program], info: Info) -> Emitted:
     taken = Names([*HELPERS, *(s for row in names for s in row.all)])
     table = constant_table([part for program in kept for part in straight_programs(program)], precision, taken)
     functions = c_functions(info.options.trigonometry, precision)
-    bodies = [
-        write_loops(program, row.scalar, table, functions, taken.taken, info.options.status)
-        if isinstance(program, LoopProgram)
-        else write_body(program, table, functions, taken.taken, grouped=True)
-        for program, row in zip(kept, names, strict=True)
-    ]
+    bodies = _bodies(kept, names, table, functions, taken.taken, info.options.status)
     groups = _split([len(body.lines) for body in bodies])
     banner = banner_lines(name, info)
     files: dict[str, str] = {}
@@ -112,6 +117,30 @@ def emit_c(name: str, programs: Sequence[Program], info: Info) -> Emitted:
     return Emitted(
         name, info, files, sources, (f"{name}.h",), tuple(emitted), constants_by_name, tuple(notes), tuple(batches)
     )
+
+
+def _bodies(
+    programs: Sequence[Program],
+    names: Sequence[Symbols],
+    table: ConstantTable,
+    functions: Functions,
+    taken: frozenset[str],
+    status: bool,
+) -> list[Body]:
+    """The inside of every function; of those that call others last, with the others' counts."""
+    symbol_of = {program.name: row.scalar for program, row in zip(programs, names, strict=True)}
+    found: dict[str, Body] = {}
+    for program in sorted(programs, key=lambda program: isinstance(program, ComposedProgram)):
+        symbol = symbol_of[program.name]
+        if isinstance(program, ComposedProgram):
+            counts = {name: body.counts for name, body in found.items()}
+            body: Body = write_composed(program, symbol, symbol_of, counts, table, functions, taken, status)
+        elif isinstance(program, LoopProgram):
+            body = write_loops(program, symbol, table, functions, taken, status)
+        else:
+            body = write_body(program, table, functions, taken, grouped=True)
+        found[program.name] = body
+    return [found[program.name] for program in programs]
 
 
 def without_empty_outputs(programs: Sequence[Program]) -> tuple[list[Program], list[str]]:

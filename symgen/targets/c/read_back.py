@@ -13,8 +13,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from symgen.errors import CertificateError
+from symgen.integrators.read import ComposedReader, ReadComposed
 from symgen.loops.model import LoopProgram
 from symgen.loops.read import LoopReader, ReadLoops
+from symgen.program.composed import ComposedProgram
 from symgen.program.instructions import Port
 from symgen.targets.c.batch import BatchFile
 from symgen.targets.c.batch_text import read_batch
@@ -36,6 +38,10 @@ _MATH = frozenset(_FUNCTIONS.split())
 _MACROS = {"SYMGEN_PART": "parts", "SYMGEN_STEP": "steps"}
 
 
+Read = ReadFunction | ReadLoops | ReadComposed
+"""A function as its text says it is."""
+
+
 @dataclass(frozen=True)
 class NamedLiteral:
     """A line of a constant table: the file says ``name = text``, the emitter says it stands for ``value``."""
@@ -50,7 +56,7 @@ class NamedLiteral:
 class ReadBack:
     """What the C sources of one artifact say."""
 
-    functions: Mapping[str, ReadFunction | ReadLoops]
+    functions: Mapping[str, Read]
     """By program name."""
     vectors: Mapping[str, ReadFunction]
     """What its batch file does with every lane; by program name."""
@@ -74,7 +80,7 @@ def read_back(emitted: Emitted) -> ReadBack:
     entries of an output assigned twice or never, names read before they are assigned, indices out of bounds, constants
     that are not in the table. Values are for the caller to check (`ReadFunction.evaluate_mod`).
     """
-    functions: dict[str, ReadFunction | ReadLoops] = {}
+    functions: dict[str, Read] = {}
     literals: list[NamedLiteral] = []
     by_file: dict[str, list[EmittedFunction]] = {}
     for function in emitted.functions:
@@ -86,8 +92,8 @@ def read_back(emitted: Emitted) -> ReadBack:
     _check_header(emitted)
     vectors: dict[str, ReadFunction] = {}
     for batch in emitted.batches:
-        read, found = _read_batch(batch, emitted)
-        vectors.update(read)
+        of_vectors, found = _read_batch(batch, emitted)
+        vectors.update(of_vectors)
         literals.extend(found)
     return ReadBack(functions, vectors, tuple(literals), emitted.info.options.precision)
 
@@ -110,7 +116,7 @@ def _code(file: str, text: str) -> str:
 
 def _read_source(
     file: str, emitted: Emitted, expected: Sequence[EmittedFunction]
-) -> tuple[dict[str, ReadFunction | ReadLoops], list[NamedLiteral]]:
+) -> tuple[dict[str, Read], list[NamedLiteral]]:
     options = emitted.info.options
     code = _code(file, emitted.files[file])
     symbol = re.escape(expected[0].symbols.scalar)
@@ -128,13 +134,16 @@ def _read_source(
         raise CertificateError(f"{file}: the built-in functions are not the certified ones")
     literals = _constants(file, prefix.lstrip()[len(helpers.strip()) :], emitted)
     values = {row.name: row.value for row in literals}
-    functions: dict[str, ReadFunction | ReadLoops] = {}
+    functions: dict[str, Read] = {}
     position = 0
     for function in expected:
         if isinstance(function.program, LoopProgram):
             read, position = _read_loops(file, rest, position, function, values, emitted)
             functions[function.program.name] = read
             literals += [NamedLiteral(file, row.name, row.text, row.value) for row in read.literals]
+            continue
+        if isinstance(function.program, ComposedProgram):
+            functions[function.program.name], position = _read_composed(file, rest, position, function, values, emitted)
             continue
         parts = []
         while match := PART.match(rest, position):
@@ -174,6 +183,24 @@ def _read_loops(
     return reader.read(steps, match[4]), match.end()
 
 
+def _read_composed(
+    file: str, text: str, position: int, function: EmittedFunction, constants: Mapping[str, Fraction], emitted: Emitted
+) -> tuple[ReadComposed, int]:
+    """A function that calls others, its updates before it."""
+    options, symbol, program = emitted.info.options, function.symbols.scalar, function.program
+    assert isinstance(program, ComposedProgram)
+    status, place = options.status and bool(program.guards), f"{file}: {symbol}"
+    symbols = {row.program.name: row.symbols.scalar for row in emitted.functions}
+    precision, trigonometry = options.precision, options.trigonometry
+    reader = ComposedReader(place, program, symbol, symbols, constants, precision, trigonometry, options.status)
+    updates, position = reader.before(text, position)
+    match = _FUNCTION.match(text, position)
+    if match is None or match[2] != symbol:
+        raise CertificateError(f"{place}: expected here, found something else")
+    _check_signature(place, match[1], match[3], function, precision, status)
+    return reader.read(updates, match[4], function.counts), match.end()
+
+
 def _after_includes(file: str, prefix: str, name: str, math: bool, stdint: bool) -> str:
     match = _INCLUDES.match(prefix)
     wanted = ["#include <math.h>\n"] * math + ["#include <stdint.h>\n"] * stdint
@@ -203,9 +230,7 @@ def _constants(file: str, text: str, emitted: Emitted) -> list[NamedLiteral]:
     return rows
 
 
-def _check_all_used(
-    file: str, literals: Sequence[NamedLiteral], functions: Mapping[str, ReadFunction | ReadLoops]
-) -> None:
+def _check_all_used(file: str, literals: Sequence[NamedLiteral], functions: Mapping[str, Read]) -> None:
     used = {name for function in functions.values() for name in function.constants}
     for row in literals:
         if row.name not in used:

@@ -1,0 +1,1 @@
+"""Steps in time: methods as short sequences of calls of emitted functions, certified as everything else."""
