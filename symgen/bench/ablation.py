@@ -24,7 +24,8 @@ from symgen.bench.multiprecision import exact_outputs, relative_error
 from symgen.bench.variant import Array, Problem, Unit, Variant, split
 from symgen.bench.workshop import Workshop, open_workshop
 from symgen.generate import target_info
-from symgen.plans import links
+from symgen.plans import build as building
+from symgen.plans import inertia, links, recursive
 from symgen.plans.build import build
 from symgen.plans.families import FAMILIES, Family
 from symgen.program import passes
@@ -69,6 +70,16 @@ def _patched(module: Any, name: str, value: Any) -> Iterator[None]:
         yield
 
 
+@contextmanager
+def _plainly() -> Iterator[None]:
+    """The recursion of the textbook: nothing shared, turned or moved that need not be."""
+    with ExitStack() as stack:
+        stack.enter_context(_patched(recursive, "_axis_column", lambda at, parent: None))
+        stack.enter_context(_patched(building, "output_lags", lambda output: False))
+        stack.enter_context(_patched(inertia, "_tip", lambda *_: 0))
+        yield
+
+
 SWITCHES: tuple[Switch, ...] = (
     Switch(CHOSEN),
     Switch(
@@ -97,10 +108,16 @@ SWITCHES: tuple[Switch, ...] = (
         "link axes not aligned (turned about the joint)",
         patch=lambda: _patched(links, "axes_with_z", _turned_axes(links.axes_with_z)),
     ),
+    Switch(
+        "angular acceleration turned (not from a column of U)",
+        patch=lambda: _patched(recursive, "_axis_column", lambda at, parent: None),
+    ),
+    Switch("last links turn their axes", patch=lambda: _patched(building, "output_lags", lambda output: False)),
+    Switch("first moments stay (no point masses)", patch=lambda: _patched(inertia, "_tip", lambda *_: 0)),
     Switch("no common factors", patch=lambda: _patched(passes, "common_factor", lambda program: program)),
     Switch("sine and cosine by libm", trigonometry="libm"),
     Switch("no fused multiply-adds", flags=("-ffp-contract=off",)),
-    Switch(PLAIN, family=lambda family: replace(family, regrouped=False, merged=False)),
+    Switch(PLAIN, family=lambda family: replace(family, regrouped=False, merged=False), patch=lambda: _plainly()),
 )  # fmt: skip
 
 
