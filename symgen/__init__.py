@@ -6,6 +6,7 @@ The way from a scene to numbers::
     system = symgen.derive(scene)
     artifact = symgen.generate(scene, "out/")
     f = artifact.load()
+    motion = symgen.simulate(scene, t_end=10)
 """
 
 from symgen.artifact import Artifact
@@ -13,7 +14,8 @@ from symgen.generate import generate
 from symgen.scene.builder import SceneBuilder
 from symgen.scene.load import load
 from symgen.scene.model import Scene
+from symgen.simulate import simulate
 from symgen.system import System, derive
 from symgen.version import VERSION as __version__
 
-__all__ = ["Artifact", "Scene", "SceneBuilder", "System", "__version__", "derive", "generate", "load"]
+__all__ = ["Artifact", "Scene", "SceneBuilder", "System", "__version__", "derive", "generate", "load", "simulate"]

@@ -17,6 +17,7 @@ from symgen.program.instructions import Port
 from symgen.scene.model import Output, Scene
 from symgen.scene.outputs import function_name
 from symgen.topology.tree import Tree
+from symgen.velocity.kinematics import configuration_rate
 
 STATE_INPUTS = ("q", "v", "a", "tau", "dt")
 """Arguments of the catalogue's rows, in the order of every signature; directions and weights of products follow, and
@@ -149,6 +150,10 @@ CATALOGUE.update({
 
 FORCE = "N or N.m"
 
+CATALOGUE["configuration_rate"] = Row(
+    ("q", "v"), (("q_rate", ("nq",), "as q, per second"),), "dq/dt, which is v where there are no quaternions",
+    lambda literal, frame: (configuration_rate(literal.tree, literal.values, literal.state.q, literal.state.v),),
+)  # fmt: skip
 CATALOGUE["step"] = Row(
     ("q", "v", "tau", "dt"), (("q_next", ("nq",), "as q"), ("v_next", ("nv",), "m/s or rad/s")),
     "state after dt with constant tau", None,

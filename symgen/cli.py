@@ -22,6 +22,7 @@ import click
 from click.core import ParameterSource
 
 from symgen.errors import SymgenError
+from symgen.simulate.options import simulation_options
 from symgen.version import VERSION
 
 if TYPE_CHECKING:
@@ -297,6 +298,26 @@ def bench(
     else:
         click.echo(result.to_text())
     return 0
+
+
+@cli.command()
+@scene_argument
+@simulation_options
+@click.option("-o", "--output", "file", metavar="FILE", help="Write the states as .csv or .json.")
+@json_option
+def simulate(scene: str, as_json: bool, file: str | None, **settings: Any) -> None:
+    """Carry the mechanism through time with its compiled functions."""
+    from symgen.simulate import simulate as run
+
+    loaded = load_scene(scene)
+    with progress_bar(as_json) as progress:
+        motion = run(loaded, progress=progress, **settings)
+    if file is not None:
+        motion.write(Path(file))
+    if as_json:
+        emit_json(motion.to_json())
+    else:
+        click.echo(motion.to_text())
 
 
 def _fail(message: str, status: int, as_json: bool) -> int:

@@ -48,6 +48,7 @@ CATALOGUE: dict[str, str] = {
     "joint_wrenches": "force and moment that each joint transmits to its child",
     "constraint_forces": "multipliers of the constraints of the natural coordinates",
     "integrate": "a step on the configuration manifold",
+    "configuration_rate": "dq/dt of the coordinates",
     "step": "q and v after a time step with constant tau (step:METHOD)",
     "closure": "closure of the loops",
     "closure_jacobian": "its Jacobian",
@@ -81,7 +82,7 @@ AVAILABLE = frozenset({
     "frame_pose", "integrate", "mass_matrix_inverse", "inverse_dynamics_derivatives", "forward_dynamics_derivatives",
     "inverse_dynamics_second_derivatives", "center_of_mass", "momentum", "momentum_matrix", "frame_jacobian",
     "frame_velocity", "frame_bias_acceleration", "regressor", "base_regressor", "base_parameters", "joint_wrenches",
-    "constraint_forces", "step",
+    "constraint_forces", "configuration_rate", "step",
 })  # fmt: skip
 """Rows that can be made now."""
 
