@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from symgen.program.instructions import Counts
 
 SUM, PRODUCT, ATOM = 1, 2, 3
 
 
-@dataclass(frozen=True)
-class Expression:
-    """Text of a magnitude, and a sign that the consumer may fold into its own operator."""
+class Expression(NamedTuple):
+    """Text of a magnitude, and a sign that the consumer may fold into its own operator. (A named tuple: texts have
+    hundreds of thousands.)"""
 
     text: str
     level: int = ATOM
@@ -36,9 +36,6 @@ class Expression:
         """The magnitude as an operand of an operator that binds like ``level``."""
         return self.text if self.level >= level else f"({self.text})"
 
-    def depth_within(self, level: int) -> int:
-        return self.depth + (self.level < level)
-
     def negated(self) -> Expression:
         return Expression(self.text, self.level, not self.negative, self.depth, self.constant)
 
@@ -50,7 +47,8 @@ def total(a: Expression, b: Expression) -> Expression:
     if a.negative:
         a, b = b, a
     sign = "-" if b.negative else "+"
-    return Expression(f"{a.text} {sign} {b.within(PRODUCT)}", SUM, depth=max(a.depth, b.depth_within(PRODUCT)))
+    right, depth = (b.text, b.depth) if b.level >= PRODUCT else (f"({b.text})", b.depth + 1)
+    return Expression(f"{a.text} {sign} {right}", SUM, False, depth if depth > a.depth else a.depth)
 
 
 def product(a: Expression, b: Expression) -> Expression:
@@ -66,8 +64,11 @@ def quotient(a: Expression, b: Expression) -> Expression:
 
 
 def _scaled(a: Expression, operator: str, b: Expression) -> Expression:
-    text = f"{a.within(PRODUCT)} {operator} {b.within(ATOM)}"
-    return Expression(text, PRODUCT, a.negative != b.negative, max(a.depth_within(PRODUCT), b.depth_within(ATOM)))
+    left, depth = (a.text, a.depth) if a.level >= PRODUCT else (f"({a.text})", a.depth + 1)
+    right, other = (b.text, b.depth) if b.level >= ATOM else (f"({b.text})", b.depth + 1)
+    return Expression(
+        f"{left} {operator} {right}", PRODUCT, a.negative != b.negative, other if other > depth else depth
+    )
 
 
 def call(function: str, argument: Expression) -> Expression:

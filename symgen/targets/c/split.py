@@ -89,7 +89,7 @@ def _chunks(lines: Sequence[Line]) -> list[list[Line]]:
 
 
 def _of_tables(text: str) -> bool:
-    return bool(re.search(r"\b(angles|sines|cosines)\b", text))
+    return ("angles" in text or "sines" in text) and bool(re.search(r"\b(angles|sines|cosines)\b", text))
 
 
 def _names_defined(chunk: Sequence[Line]) -> set[str]:
@@ -98,7 +98,7 @@ def _names_defined(chunk: Sequence[Line]) -> set[str]:
 
 
 def _words(chunk: Sequence[Line]) -> set[str]:
-    return {word for kind, text in chunk if kind == "code" for word in _WORD.findall(text)}
+    return set(_WORD.findall("\n".join(text for kind, text in chunk if kind == "code")))
 
 
 def part_symbol(symbol: str, number: int) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import groupby
 
-from symgen.program.instructions import Counts, Port, Program
+from symgen.program.instructions import TURNING, Counts, Port, Program
 from symgen.targets.c.comments import comment_text
 from symgen.targets.c.expressions import ATOM, Expression, call, count_operations, product, quotient, total
 from symgen.targets.c.literals import ConstantTable
@@ -108,6 +108,7 @@ class _Writer:
         self.heading = ""
         self.temporaries = 0
         self.angles: dict[int, int] = {}
+        self.width = WIDTH - len(f"    const {table.precision.c_type}  = -;")
 
     def at(self, index: int) -> Expression:
         origin, negative = self.roots[index]
@@ -117,12 +118,12 @@ class _Writer:
     def count_uses(self) -> list[int]:
         """How often each instruction is written, were it inline."""
         uses = [0] * len(self.instructions)
-        for index, instruction in enumerate(self.instructions):
-            if instruction.op == "neg":
+        for index, (op, args, _, _, _) in enumerate(self.instructions):
+            if op == "neg":
                 continue
-            if instruction.op in ("cos", "sin") and self.pairs.get(instruction.args[0], (-1, -1))[1] == index:
+            if op in ("cos", "sin") and self.pairs.get(args[0], (-1, -1))[1] == index:
                 continue  # one call takes both: the argument is written once
-            for argument in instruction.args:
+            for argument in args:
                 uses[self.roots[argument][0]] += 1
         for index, entries in self.stores.items():
             uses[self.roots[index][0]] += len(entries)
@@ -133,8 +134,10 @@ class _Writer:
         wanted: dict[int, dict[str, int]] = {}
         plain: list[bool] = []
         for index, instruction in enumerate(self.instructions):
-            turning = instruction.op in ("cos", "sin", *ENTIRE)
-            plain.append(not turning and all(plain[k] for k in instruction.args))
+            if instruction.op not in TURNING:
+                plain.append(False not in [plain[k] for k in instruction.args])
+                continue
+            plain.append(False)
             if instruction.op in ("cos", "sin") and plain[instruction.args[0]]:
                 wanted.setdefault(instruction.args[0], {})[instruction.op] = index
         if len(wanted) < GROUPED:
@@ -171,24 +174,24 @@ class _Writer:
         if index in self.stepped:
             return
         self.stepped.add(index)
-        instruction = self.instructions[index]
-        if instruction.op in ("cos", "sin"):
+        op, _, _, label, phase = self.instructions[index]
+        if op in ("cos", "sin"):
             self.write_trigonometry(index)
-        elif instruction.op != "neg":
+        elif op != "neg":
             self.expressions[index] = self.compose(index)
-            named = self.uses[index] > 1 or index in self.forced or instruction.op in ENTIRE
-            if named and instruction.op not in ("const", "input"):
-                self.assign(index, instruction.phase)
-        stores = self.stores.get(index, [])
-        if self.roots[index][0] in self.constants:
-            return  # see finish
+            named = self.uses[index] > 1 or index in self.forced or op in ENTIRE
+            if named and op not in ("const", "input"):
+                self.assign(index, phase)
+        stores = self.stores.get(index)
+        if not stores or self.roots[index][0] in self.constants:
+            return  # constants: see finish
         text = self.at(index).signed()
-        if instruction.op == "neg" and len(stores) > 1:  # one negation, stored more than once
-            name = self.names.take(instruction.label) if instruction.label else self.temporary()
-            self.code(f"const {self.table.precision.c_type} {name} = {text};", instruction.phase)
+        if op == "neg" and len(stores) > 1:  # one negation, stored more than once
+            name = self.names.take(label) if label else self.temporary()
+            self.code(f"const {self.table.precision.c_type} {name} = {text};", phase)
             text = name
         for port, entry in stores:
-            self.code(f"{port.name}[{entry}] = {text};", instruction.phase)
+            self.code(f"{port.name}[{entry}] = {text};", phase)
 
     def zero_runs(self, row: Sequence[int]) -> list[tuple[int, int]]:
         """[start, end) of the long runs of zeros in an output: loops, because thousands of stores of nothing are slow
@@ -221,14 +224,13 @@ class _Writer:
 
     def compose(self, index: int) -> Expression:
         """The expression of an instruction; operands get statements of their own until it fits."""
-        instruction = self.instructions[index]
-        op, args = instruction.op, instruction.args
+        op, args, value, _, phase = self.instructions[index]
         if op == "const":
-            assert isinstance(instruction.value, Fraction)
-            return Expression(self.table.text(abs(instruction.value)), negative=instruction.value < 0, constant=True)
+            assert isinstance(value, Fraction)
+            return Expression(self.table.text(abs(value)), negative=value < 0, constant=True)
         if op == "input":
-            assert isinstance(instruction.value, tuple)
-            name, entry = instruction.value
+            assert isinstance(value, tuple)
+            name, entry = value
             return Expression(name if name in self.scalars else f"{name}[{entry}]")
         room = self.room(index)
         while True:
@@ -239,26 +241,28 @@ class _Writer:
             if not pending:
                 return result
             longest = max(pending, key=lambda i: len(self.at(i).text))
-            self.assign(self.roots[longest][0], instruction.phase)
+            self.assign(self.roots[longest][0], phase)
 
     def room(self, index: int) -> int:
         """Columns the expression of an instruction may take."""
-        stores = self.stores.get(index, ())
-        if not stores and self.uses[index] == 1 and index not in self.forced:
+        if self.uses[index] != 1:
+            return self.width - len(self.instructions[index].label or "t1234")
+        stores = self.stores.get(index)
+        if not stores and index not in self.forced:
             return INLINE_WIDTH
-        if stores and self.uses[index] == 1:
+        if stores:
             return WIDTH - len(f"    {stores[0][0].name}[{stores[0][1]}] = -;")
-        return WIDTH - len(f"    const {self.table.precision.c_type} {self.instructions[index].label or 't1234'} = -;")
+        return self.width - len(self.instructions[index].label or "t1234")
 
     def combine(self, op: str, operands: list[Expression]) -> Expression:
+        if op == "mul":
+            return product(operands[0], operands[1])
         if op == "add":
-            return total(*operands)
+            return total(operands[0], operands[1])
         if op == "sub":
             return total(operands[0], operands[1].negated())
-        if op == "mul":
-            return product(*operands)
         if op == "div":
-            return quotient(*operands)
+            return quotient(operands[0], operands[1])
         return self.call(op, operands[0])
 
     def call(self, op: str, argument: Expression) -> Expression:
