@@ -303,6 +303,10 @@ class LoopReader:
         lines = [line.strip() for line in body.split("\n") if line.strip()]
         lines = self.without_locals(self.without_tail(lines))
         source = "\n".join(_Loops(self, steps).translated(lines))
+        try:
+            compile(source, "<loops>", "exec")
+        except SyntaxError:
+            raise self.refuse("a loop or a case without a statement") from None
         own = {step.name: steps[symbol_of(self.symbol, step.name)].operations for step in self.program.steps}
         return ReadLoops(
             self.program,
