@@ -1,4 +1,4 @@
-"""Choosing the plan of a function: count every family that could win, take the cheapest, say why."""
+"""Choosing the plan of a function: count every family that could win, take the cheapest that is accurate, say why."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from symgen.catalogue import split_row
 from symgen.natural.layout import NaturalCoordinates
+from symgen.plans.accuracy import LOST, WORSE, estimate, relative_errors, rivals
 from symgen.plans.build import build
 from symgen.plans.families import FAMILIES, Family, families_of, output_merges
 from symgen.plans.lagging import lagging
@@ -93,13 +94,44 @@ def choose(lowered: Lowered, natural: NaturalCoordinates, output: Output, every:
         rival = min(merged, key=lambda family: cost(count(programs[family])))
         if cost(count(programs[rival])) <= MERGING_PAYS * cost(count(programs[best])):
             best = rival
+    errors = _errors(lowered, natural, output, best, programs, passed)
+    if errors.get(best, 0) > WORSE:
+        good = [family for family, error in errors.items() if error <= WORSE]
+        best = min(good, key=lambda family: (cost(count(programs[family])), family.merged))
     others = [
         program
         for family, program in programs.items()
         if family not in passed and family.differentiated != best.differentiated and family.merged <= best.merged
     ]
-    rows = tuple(_choice(output, family, best, programs, passed) for family in families)
+    rows = tuple(_choice(output, family, best, programs, passed, errors) for family in families)
     return Choice(programs[best], rows, tuple(others[:1]))
+
+
+def _errors(
+    lowered: Lowered, natural: NaturalCoordinates, output: Output, best: Family, programs: dict[Family, Program],
+    passed: dict[Family, str],
+) -> dict[Family, float]:  # fmt: skip
+    """Estimated errors of the cheapest plan and of those that may be far more accurate, relative to the least one's;
+    empty where none may be."""
+    algorithm, grouping = rivals(lowered, output, best)
+    if not algorithm and not grouping:
+        return {}
+    given = replace(best, regrouped=False, merged=False)
+    if grouping and given in passed and estimate(lowered, programs[best]) > LOST:
+        programs[given] = programs.get(given) or build(lowered, natural, output, given)
+        del passed[given]
+    candidates = [
+        family
+        for family in programs
+        if family == best
+        or (
+            (algorithm or family.articulated == best.articulated)
+            and (grouping or family.regrouped == best.regrouped)
+            and family.differentiated == best.differentiated
+            and family not in passed
+        )
+    ]
+    return relative_errors(lowered, programs, candidates) if len(candidates) > 1 else {}
 
 
 def _merged(
@@ -136,18 +168,23 @@ def _reason_to_skip(family: Family, lowered: Lowered, output: Output, programs: 
 
 
 def _choice(
-    output: Output, family: Family, best: Family, programs: dict[Family, Program], passed: dict[Family, str]
-) -> PlanChoice:
+    output: Output, family: Family, best: Family, programs: dict[Family, Program], passed: dict[Family, str],
+    errors: Mapping[Family, float],
+) -> PlanChoice:  # fmt: skip
     name, explanation = family.plan(output), family.explanation(output)
     if family not in programs:
         return PlanChoice(name, None, False, passed[family])
     counts = count(programs[family])
     if family == best:
         alone = len(programs.keys() | passed.keys()) == 1
-        return PlanChoice(name, counts, True, "the only plan" if alone else f"fewest operations: {explanation}")
+        refused = any(error > WORSE and cost(count(programs[other])) < cost(counts) for other, error in errors.items())
+        fewest = "fewest operations of those as accurate" if refused else "fewest operations"
+        return PlanChoice(name, counts, True, "the only plan" if alone else f"{fewest}: {explanation}")
     own, least = cost(counts), cost(count(programs[best]))
     unweighed = ", not weighed at this size" if family in passed else ""
     compared = f"{own / least:.2f} times the cost" if least else "the chosen one is free" if own else "free too"
-    if family.merged and own < least:
+    if errors.get(family, 0) > WORSE and own < least:
+        compared = f"{own / least:.2f} times the cost, about {errors[family]:.0f} times the error"
+    elif family.merged and own < least:
         compared = f"{own / least:.2f} times the cost, too little gained for values that live longer"
     return PlanChoice(name, counts, False, f"{compared}{unweighed}: {explanation}")
