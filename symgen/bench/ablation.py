@@ -117,7 +117,7 @@ SWITCHES: tuple[Switch, ...] = (
     Switch("no common factors", patch=lambda: _patched(passes, "common_factor", lambda program: program)),
     Switch("sine and cosine by libm", trigonometry="libm"),
     Switch("no fused multiply-adds", flags=("-ffp-contract=off",)),
-    Switch(PLAIN, family=lambda family: replace(family, regrouped=False, merged=False), patch=lambda: _plainly()),
+    Switch(PLAIN, family=lambda family: replace(family, regrouped=False, merged=False), patch=_plainly),
 )  # fmt: skip
 
 
