@@ -24,6 +24,7 @@ Tau = Callable[[float, Array, Array], Sequence[float]]
 
 SOLVERS = ("DOP853", "RK45", "RK23", "LSODA", "Radau", "BDF")
 """SciPy's, adaptive."""
+IMPLICIT = ("LSODA", "Radau", "BDF")
 METHODS = (*SOLVERS, *STEPS)
 SAMPLES = 201
 CHUNK = 100_000
@@ -101,6 +102,16 @@ def integrators() -> Any:
         raise ToolError("SciPy is not installed: pip install 'symgen[validation]'") from error
 
 
+def _jacobian(rate: Callable[[Array], Array], y: Array) -> Array:
+    """By differences. (SciPy's own steps grow without end along coordinates that nothing depends on.)"""
+    here, found = rate(y), np.empty((y.size, y.size))
+    for k in range(y.size):
+        moved = y.copy()
+        moved[k] += 1e-8 * max(1.0, abs(y[k]))
+        found[:, k] = (rate(moved) - here) / (moved[k] - y[k])
+    return found
+
+
 def _solved(
     model: Model,
     y: Array,
@@ -123,12 +134,19 @@ def _solved(
         state = np.ascontiguousarray(state)
         return model.rate(state, _at(tau, t, state, model), found).copy()
 
+    def slopes(t: float, state: Array) -> Array:
+        return _jacobian(lambda x: rate(t, x), state)
+
     began = time.process_time()
     rtol, atol = tolerances
-    solver = getattr(scipy, method)(rate, 0.0, y, t_end, rtol=rtol, atol=atol)
+    own = {"jac": slopes} if method in IMPLICIT else {}
+    solver = getattr(scipy, method)(rate, 0.0, y, t_end, rtol=rtol, atol=atol, **own)
     knots, pieces, steps, shown = [0.0], [], 0, 0
     while solver.status == "running":
-        message = solver.step()
+        try:
+            message = solver.step()
+        except (ValueError, ArithmeticError) as error:
+            raise ToolError(f"{method} stopped at t = {solver.t:g} s: {error}") from None
         if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
             raise ToolError(f"{method} stopped at t = {solver.t:g} s: {message or 'a value is not finite'}")
         steps += 1
