@@ -24,7 +24,7 @@ from symgen.integrators.certify import certify_step
 from symgen.loops.choose import Code
 from symgen.loops.read import ReadLoops
 from symgen.program.composed import ComposedProgram
-from symgen.program.evaluate import evaluate_in_field, evaluate_residues
+from symgen.program.evaluate import Residues, evaluate_in_field, remembered_residues
 from symgen.program.instructions import Program
 from symgen.program.memory import uncollected
 from symgen.scene.load import load
@@ -200,10 +200,12 @@ def _certify(
     function: casadi.Function | None,
 ) -> Certificate:
     """Certify everything that was emitted for one function. ``texts``: form → its statements, read back."""
-    candidates = _c_candidates(texts, code)
+    values = remembered_residues(code.straight) if code.straight is not None else None
+    candidates = _c_candidates(texts, code, values)
     remarks = _remarks(next(iter(texts.values())), certifier.system) if texts else ""
     if function is not None and code.straight is not None:
-        candidates.append(_casadi_candidate(function, code.straight))
+        assert values is not None
+        candidates.append(_casadi_candidate(function, code.straight, values))
     if code.straight is not None:
         candidates += [_program_candidate(other) for other in certifier.system.others(output.name)]
     certificate = certifier.certify(output, code.program, candidates, code.straight)
@@ -215,7 +217,7 @@ def _certify(
     )
 
 
-def _c_candidates(texts: Mapping[str, Read], code: Code) -> list[Candidate]:
+def _c_candidates(texts: Mapping[str, Read], code: Code, values: Residues | None) -> list[Candidate]:
     """One candidate for all forms that are, once read, word for word the same."""
     groups: list[tuple[Read, list[str]]] = []
     for form, text in texts.items():
@@ -224,37 +226,39 @@ def _c_candidates(texts: Mapping[str, Read], code: Code) -> list[Candidate]:
             groups.append((text, [form]))
         else:
             same.append(form)
-    return [_candidate(text, code, ", ".join(forms)) for text, forms in groups]
+    return [_candidate(text, code, ", ".join(forms), values) for text, forms in groups]
 
 
-def _candidate(text: Read, code: Code, what: str) -> Candidate:
+def _candidate(text: Read, code: Code, what: str, values: Residues | None) -> Candidate:
     if isinstance(text, ReadLoops):
         return Candidate(
             f"{what} in loops", lambda numbers, inputs: text.evaluate_mod(numbers.p, inputs, numbers.apply)
         )
     assert code.straight is not None and isinstance(text, ReadFunction)
-    return _c_candidate(text, code.straight, what)
+    return _c_candidate(text, code.straight, what, values)
 
 
-def _c_candidate(text: ReadFunction, program: Program, what: str) -> Candidate:
+def _c_candidate(text: ReadFunction, program: Program, what: str, values: Residues | None = None) -> Candidate:
+    values = values or remembered_residues(program)
+
     def evaluate(numbers: FieldNumbers, inputs: Mapping[str, Sequence[int]]) -> Mapping[str, Sequence[int]]:
+        outputs, guards = text.outputs_and_guards_mod(numbers.p, inputs, numbers.apply)
         if program.guards:
-            values = evaluate_residues(program, numbers, inputs)
-            expected = [values[i] for i in program.guards]
-            if text.guards_mod(numbers.p, inputs, numbers.apply) != expected:
+            expected = values(numbers, inputs)
+            if guards != [expected[i] for i in program.guards]:
                 raise CertificateError(f"{program.name}: the emitted C does not guard the pivots")
-        return text.evaluate_mod(numbers.p, inputs, numbers.apply)
+        return outputs
 
     return Candidate(what, evaluate)
 
 
-def _casadi_candidate(function: casadi.Function, program: Program) -> Candidate:
+def _casadi_candidate(function: casadi.Function, program: Program, values: Residues) -> Candidate:
     from symgen.targets.casadi import evaluate_mod, listing
 
     instructions = listing(function)
 
     def evaluate(numbers: FieldNumbers, inputs: Mapping[str, Sequence[int]]) -> Mapping[str, Sequence[int]]:
-        return evaluate_mod(function, program, numbers, inputs, instructions)
+        return evaluate_mod(function, program, numbers, inputs, instructions, values(numbers, inputs))
 
     return Candidate("CasADi", evaluate)
 

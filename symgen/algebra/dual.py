@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from symgen.algebra.field import FieldNumbers, Residue
+from symgen.algebra.field_dual import FieldDual, FieldDualNumbers
 from symgen.algebra.linear import add, mul, neg, sub
 from symgen.algebra.numbers import Numbers
 
@@ -63,6 +65,8 @@ class Dual:
 
 def parts(value: Scalar) -> tuple[Scalar, Scalar]:
     """(x, d) of a dual number, or of a plain one, whose d is 0."""
+    if type(value) is FieldDual:
+        return Residue(value.x, value.p), Residue(value.d, value.p)
     return (value.x, value.d) if type(value) is Dual else (value, 0)
 
 
@@ -106,3 +110,17 @@ class DualNumbers:
 
     def sinc3_sqrt(self, x: Scalar) -> Dual:
         return self._constant_only("sinc3_sqrt", x)
+
+
+def dual_numbers(numbers: Numbers) -> DualNumbers | FieldDualNumbers:
+    """Dual numbers over a number type: those of their own over GF(p)."""
+    return FieldDualNumbers(numbers) if isinstance(numbers, FieldNumbers) else DualNumbers(numbers)
+
+
+def dual(numbers: DualNumbers | FieldDualNumbers, x: Scalar, d: Scalar = 0) -> Scalar:
+    """x + ε d of scalars of the number type below; structural zeros and ones may be among them."""
+    if isinstance(numbers, DualNumbers):
+        return Dual(x, d)
+    const, p = numbers.numbers.const, numbers.numbers.p
+    value, change = (part if type(part) is Residue else const(part) for part in (x, d))
+    return FieldDual(value.x, change.x, p)

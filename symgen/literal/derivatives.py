@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from symgen.algebra.dual import Dual, DualNumbers, change_of
+from symgen.algebra.dual import change_of, dual, dual_numbers
 from symgen.algebra.linear import transpose
 from symgen.algebra.numbers import State
 from symgen.literal.equations import Literal
@@ -25,10 +25,10 @@ def along(literal: Literal, direction: Direction) -> Literal:
     """The same quantities in dual numbers: what `change` reads off them is their derivative along ``direction``."""
     state, values = literal.state, literal.values
     rates = {"q": _rate(literal, direction), **{name: direction.get(f"d{name}") for name in ("v", "a", "tau", "p")}}
-    fields = {name: _dual(getattr(state, name), rate) for name, rate in rates.items()}
-    numbers = DualNumbers(values.numbers)
-    dual = State(**fields, dt=Dual(state.dt))
-    return Literal(literal.tree, literal.natural, Values(values.scene, numbers, dual.p), dual)
+    numbers = dual_numbers(values.numbers)
+    fields = {name: _dual(numbers, getattr(state, name), rate) for name, rate in rates.items()}
+    changed = State(**fields, dt=dual(numbers, state.dt))
+    return Literal(literal.tree, literal.natural, Values(values.scene, numbers, changed.p), changed)
 
 
 def _rate(literal: Literal, direction: Direction) -> Sequence[Scalar] | None:
@@ -37,10 +37,10 @@ def _rate(literal: Literal, direction: Direction) -> Sequence[Scalar] | None:
     return configuration_rate(literal.tree, literal.values, literal.state.q, direction["dq"])
 
 
-def _dual(values: Sequence[Scalar], rates: Sequence[Scalar] | None) -> tuple[Dual, ...]:
+def _dual(numbers: Any, values: Sequence[Scalar], rates: Sequence[Scalar] | None) -> tuple[Scalar, ...]:
     if rates is None:
-        return tuple(Dual(x) for x in values)
-    return tuple(Dual(x, rate) for x, rate in zip(values, rates, strict=True))
+        return tuple(dual(numbers, x) for x in values)
+    return tuple(dual(numbers, x, rate) for x, rate in zip(values, rates, strict=True))
 
 
 def change(value: Any) -> Any:

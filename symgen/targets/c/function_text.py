@@ -78,12 +78,12 @@ class ReadFunction:
     ) -> dict[str, list[int]]:
         """Outputs by name, flat, in GF(p). ``transcendental("cos", x)`` gives cos, sin, sqrt, cos_sqrt, … as
         functions on GF(p). Raises `symgen.algebra.field.NotInField` where it divides by zero."""
-        outputs, _ = self._run_mod(p, inputs, transcendental)
+        outputs, _ = self.outputs_and_guards_mod(p, inputs, transcendental)
         return outputs
 
     def guards_mod(self, p: int, inputs: Mapping[str, Sequence[int]], transcendental: Transcendental) -> list[int]:
         """What the function requires to be positive, in GF(p)."""
-        _, guards = self._run_mod(p, inputs, transcendental)
+        _, guards = self.outputs_and_guards_mod(p, inputs, transcendental)
         return guards
 
     def runner(self, p: int, transcendental: Transcendental) -> Callable[..., list[int]]:
@@ -99,9 +99,10 @@ class ReadFunction:
         literals = [value.numerator * inverse(value.denominator, p) % p for value in self.literals]
         return (*(function(operation) for operation in _OPERATIONS), lambda x: inverse(x, p), p, literals)
 
-    def _run_mod(
+    def outputs_and_guards_mod(
         self, p: int, inputs: Mapping[str, Sequence[int]], transcendental: Transcendental
     ) -> tuple[dict[str, list[int]], list[int]]:
+        """`evaluate_mod` and `guards_mod` at once."""
         *context, literals = self._context_mod(p, transcendental)
         return self._run("mod", context, literals, inputs)
 

@@ -201,9 +201,10 @@ def evaluate_mod(
     numbers: FieldNumbers,
     inputs: Mapping[str, Sequence[int]],
     instructions: Listing | None = None,
+    values: Sequence[int] | None = None,
 ) -> dict[str, list[int]]:
     """Outputs (flat, row-major) in GF(p) of the SX function that ``program`` became. ``instructions``: its `listing`,
-    if it was read before.
+    if it was read before; ``values``: those of the program's instructions, if they are known.
 
     Raises CertificateError for arguments and results that are not the program's, for an operation or a constant that
     the program does not account for, and for a series that is not its function's.
@@ -215,8 +216,8 @@ def evaluate_mod(
         wanted = evaluate_residues(program, series, inputs)
         if _run(rows, function.sz_w(), program, series, inputs, wanted, True) != outputs_of(program, wanted):
             raise CertificateError(f"{program.name}: a series of the CasADi function is not its function's")
-    wanted = evaluate_residues(program, numbers, inputs)
-    return _run(rows, function.sz_w(), program, numbers, inputs, wanted, False)
+    known: Sequence[int] = evaluate_residues(program, numbers, inputs) if values is None else values
+    return _run(rows, function.sz_w(), program, numbers, inputs, known, False)
 
 
 def _run(
