@@ -27,7 +27,7 @@ from symgen.catalogue import (
 from symgen.literal import base_parameters, frames, reactions
 from symgen.literal.equations import Literal
 from symgen.natural.layout import NaturalCoordinates
-from symgen.plans import centroidal, columns, composite, coriolis, factor, products, recursive, sensitivity
+from symgen.plans import centroidal, composite, coriolis, factor, products, recursive, sensitivity
 from symgen.plans import frames as frame_walks
 from symgen.plans import reactions as joint_forces
 from symgen.plans import regressor as carried
@@ -185,11 +185,6 @@ class Builder:
         self.guard(found.pivots)
         return found
 
-    def mass_matrix_inverse(self) -> list[list[Scalar]]:
-        factored = self.factored
-        with self.graph.phase("inverse"):
-            return columns.solved(factored, ())[1]
-
     def guard(self, pivots: Sequence[Scalar]) -> None:
         """Where one of these is not positive there is no answer."""
         self.guards.extend(pivot for pivot in pivots if isinstance(pivot, Node) and pivot.op != "const")
@@ -250,7 +245,7 @@ PLANNED: dict[str, Callable[[Builder], Any]] = {
     "bias_force": lambda b: b.bias_force,
     "inverse_dynamics": lambda b: b.inverse_dynamics(b.state.a),
     "forward_dynamics": lambda b: b.forward_dynamics,
-    "mass_matrix_inverse": lambda b: b.mass_matrix_inverse(),
+    "mass_matrix_inverse": lambda b: b.factored.inverse_matrix(),
     "inverse_dynamics_derivatives": lambda b: sensitivity.inverse_dynamics(b, b.state.a),
     "forward_dynamics_derivatives": sensitivity.forward_dynamics,
     "inverse_dynamics_second_derivatives": sensitivity.second_derivatives,

@@ -8,7 +8,6 @@ from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from symgen.algebra.linear import add, dot, half, mul, neg, sub, total, transpose
-from symgen.plans import columns as columns_of
 from symgen.plans import coriolis
 from symgen.plans.derivatives import Change, Derivation
 from symgen.plans.walk import FREE
@@ -82,10 +81,12 @@ def forward_dynamics(b: Builder) -> tuple[Matrix, Matrix, Matrix]:
     passive, columns = b.passive(), list[list[Scalar]]()
     for change, name in ((by_position, "q"), (by_velocity, "v")):
         columns += [[neg(x) for x in column] for column in _columns(_plus(change.rest, jacobian(b, passive, name)))]
-    with b.graph.phase("solve for every column, and for the inverse"):
-        solutions, inverse = columns_of.solved(b.factored, columns)
-        by_q, by_v = (_columns(solutions[k : k + b.tree.nv]) for k in (0, b.tree.nv))
-        return _minus(by_q, by_position.undone), _minus(by_v, by_velocity.undone), inverse
+    with b.graph.phase("solve for every column"):
+        solutions = [b.factored.solve(column) for column in columns]
+        by_q = _minus(_columns(solutions[: b.tree.nv]), by_position.undone)
+        by_v = _minus(_columns(solutions[b.tree.nv :]), by_velocity.undone)
+    with b.graph.phase("inverse of the mass matrix"):
+        return by_q, by_v, b.factored.inverse_matrix()
 
 
 @dataclass(frozen=True)
