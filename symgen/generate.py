@@ -204,7 +204,6 @@ def _certify(
     candidates = _c_candidates(texts, code, values)
     remarks = _remarks(next(iter(texts.values())), certifier.system) if texts else ""
     if function is not None and code.straight is not None:
-        assert values is not None
         candidates.append(_casadi_candidate(function, code.straight, values))
     if code.straight is not None:
         candidates += [_program_candidate(other) for other in certifier.system.others(output.name)]
@@ -238,8 +237,8 @@ def _candidate(text: Read, code: Code, what: str, values: Residues | None) -> Ca
     return _c_candidate(text, code.straight, what, values)
 
 
-def _c_candidate(text: ReadFunction, program: Program, what: str, values: Residues | None = None) -> Candidate:
-    values = values or remembered_residues(program)
+def _c_candidate(text: ReadFunction, program: Program, what: str, known: Residues | None = None) -> Candidate:
+    values = known or remembered_residues(program)
 
     def evaluate(numbers: FieldNumbers, inputs: Mapping[str, Sequence[int]]) -> Mapping[str, Sequence[int]]:
         outputs, guards = text.outputs_and_guards_mod(numbers.p, inputs, numbers.apply)
@@ -252,10 +251,10 @@ def _c_candidate(text: ReadFunction, program: Program, what: str, values: Residu
     return Candidate(what, evaluate)
 
 
-def _casadi_candidate(function: casadi.Function, program: Program, values: Residues) -> Candidate:
+def _casadi_candidate(function: casadi.Function, program: Program, known: Residues | None = None) -> Candidate:
     from symgen.targets.casadi import evaluate_mod, listing
 
-    instructions = listing(function)
+    instructions, values = listing(function), known or remembered_residues(program)
 
     def evaluate(numbers: FieldNumbers, inputs: Mapping[str, Sequence[int]]) -> Mapping[str, Sequence[int]]:
         return evaluate_mod(function, program, numbers, inputs, instructions, values(numbers, inputs))
