@@ -1,9 +1,11 @@
 """Batches against the scalar functions, one core, states in the cache: nanoseconds a state and ratios, from one run.
 
-    python tools/batches.py [SCENE] [--outputs mass_matrix,inverse_dynamics] [--states 256]
+    python tools/batches.py [SCENE] [--outputs mass_matrix,inverse_dynamics] [--states 256] [--precision float]
+        [--widest 32] [--threads]
 
 Scalar calls, `_batch` (states one after the other) and `_soa` (columns on 64-byte boundaries) take turns; minima are
-shown. Flags are the release flags.
+shown. Flags are the release flags. ``--widest``: bytes of the widest vectors; ``--threads``: with OpenMP, whose threads
+OMP_NUM_THREADS says (with so many states that every thread has its part).
 """
 
 from __future__ import annotations
@@ -48,11 +50,10 @@ def driver(manifest: Mapping[str, Any]) -> str:
         shared = [port["name"] in SHARED for port in ports]
         given = [f"x{k}" if port["shape"] or k >= len(row["inputs"]) else f"x{k}[0]" for k, port in enumerate(ports)]
         each = [g if s else f"{g} + {prod(p['shape'])}u * i" for g, s, p in zip(given, shared, ports, strict=True)]
-        soa = row["batch_symbol"].replace("_batch", "_soa")
         calls = {
             "scalar": f"for (size_t i = 0; i < n; ++i) (void){row['symbol']}({', '.join(each)});",
             "batch": f"(void){row['batch_symbol']}(n, {', '.join(given)});",
-            "soa": f"(void){soa}(n, stride, {', '.join(given)});",
+            "soa": f"(void){row['soa_symbol']}(n, stride, {', '.join(given)});",
         }
         for form in FORMS:
             lines += [
@@ -98,10 +99,15 @@ def main() -> int:
     parser.add_argument("--outputs", default=OUTPUTS)
     parser.add_argument("--states", type=int, default=256)
     parser.add_argument("--rounds", type=int, default=200)
+    parser.add_argument("--precision", choices=("double", "float"), default="double")
+    parser.add_argument("--widest", type=int, default=64)
+    parser.add_argument("--threads", action="store_true")
     given = parser.parse_args()
     scene = load(given.scene)
     outputs = tuple(Output(name, (name,)) for name in given.outputs.split(","))
-    scene = replace(scene, outputs=outputs, options=replace(scene.options, batch=True, targets=("c",)))
+    options = replace(scene.options, batch=True, targets=("c",), precision=given.precision)
+    scene = replace(scene, outputs=outputs, options=options)
+    flags = [*RELEASE_FLAGS, f"-DSYMGEN_WIDEST={given.widest}", *(["-fopenmp"] if given.threads else [])]
     system = derive(scene)
     texts = {k: v for k, v in generate_files(system, lambda *_: None).files.items() if isinstance(v, str)}
     manifest = json.loads(texts["manifest.json"])
@@ -109,7 +115,7 @@ def main() -> int:
     samples = sample_states(scene, system, given.states)
     with tempfile.TemporaryDirectory() as folder:
         sources = [*manifest["sources"], "driver.c"]
-        path = shared_library(scene.name, texts, sources, find_compiler(), RELEASE_FLAGS, Path(folder))
+        path = shared_library(scene.name, texts, sources, find_compiler(), flags, Path(folder))
         library = ctypes.CDLL(str(path))
         print(f"{'ns a state':32}" + "".join(f"{form:>12}" for form in FORMS))
         for row in manifest["functions"]:
