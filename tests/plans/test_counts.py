@@ -11,10 +11,16 @@ from symgen.system import System, derive
 from tests.plans.chains import chain
 
 BARS = {
-    "ur5": {"mass_matrix": 99, "bias_force": 177, "inverse_dynamics": 234, "forward_dynamics": 394},
-    "panda": {"mass_matrix": 356, "bias_force": 542, "inverse_dynamics": 563, "forward_dynamics": 1109},
+    "ur5": {"mass_matrix": 99, "bias_force": 177, "inverse_dynamics": 234, "forward_dynamics": 394,
+            "coriolis_matrix": 325, "mass_matrix_inverse": 274, "inverse_dynamics_derivatives": 805,
+            "forward_dynamics_derivatives": 1713, "inverse_dynamics_second_derivatives": 1769},
+    "panda": {"mass_matrix": 356, "bias_force": 542, "inverse_dynamics": 563, "forward_dynamics": 1109,
+              "coriolis_matrix": 1339, "mass_matrix_inverse": 703, "inverse_dynamics_derivatives": 2605,
+              "forward_dynamics_derivatives": 4342, "inverse_dynamics_second_derivatives": 12259},
+    "fig2": {"coriolis_matrix": 2008, "mass_matrix_inverse": 1840, "inverse_dynamics_derivatives": 4565,
+             "forward_dynamics_derivatives": 7989},
     "double_pendulum": {"mass_matrix": 4, "bias_force": 15, "inverse_dynamics": 24, "forward_dynamics": 31},
-}
+}  # fmt: skip
 """Flops, sines and cosines not counted. (The Panda has damped joints, 14 of its operations.)"""
 
 
