@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from symgen.plans.choose import cost
 from symgen.program.instructions import count
 from symgen.scene.load import load
+from symgen.scene.model import Options
 from symgen.system import System, derive
 from tests.plans.chains import chain
 
@@ -54,7 +57,7 @@ def test_nothing_is_a_multiple_of_no_cost() -> None:
 
 
 def test_long_chains_go_to_articulated_bodies_without_counting_what_cannot_win() -> None:
-    system = derive(chain(40))
+    system = derive(replace(chain(40), options=Options(code="straight")))
     choices = {choice.plan: choice for choice in system.plans("forward_dynamics", every=False)}
     assert choices["articulated"].chosen
     assert choices["factored"].counts is None and "LᵀDL alone" in choices["factored"].why
