@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -78,7 +78,6 @@ class Model:
         sources = [*manifest["sources"], DRIVER]
         library = shared_library(name, texts, sources, find_compiler(), RELEASE_FLAGS, cache_folder())
         handle = ctypes.CDLL(str(library))
-        handle.motion_rate.argtypes = [ctypes.c_void_p] * 4
         handle.motion_rate.restype = None
         for method in self.steps:
             entry = getattr(handle, f"motion_{method}")
@@ -124,10 +123,20 @@ class Model:
             q[place : place + 4] /= norm
         return np.concatenate([q, v])
 
-    def rate(self, y: Array, tau: Array, found: Array) -> Array:
-        """dy/dt, into ``found``; all contiguous."""
-        self._library.motion_rate(y.ctypes.data, tau.ctypes.data, self.p.ctypes.data, found.ctypes.data)
-        return found
+    def rate(self) -> Callable[[Array, Array], Array]:
+        """dy/dt as a function of y and tau. It has arrays of its own, whose addresses are asked for once: that would
+        cost more than the call."""
+        state, load, found = np.zeros(self.nq + self.nv), np.zeros(self.nv), np.zeros(self.nq + self.nv)
+        entry = self._library.motion_rate
+        places = [ctypes.c_void_p(array.ctypes.data) for array in (state, load, self.p, found)]
+
+        def rate(y: Array, tau: Array) -> Array:
+            state[:] = y
+            load[:] = tau
+            entry(*places)
+            return found.copy()
+
+        return rate
 
     def step(self, method: str, steps: int, every: int, tau: Array, dt: float, y: Array) -> Array:
         """``steps`` steps from y, which is left at the end; the states after every ``every`` of them, a row each."""

@@ -122,7 +122,7 @@ def _solved(
     samples: int | Sequence[float] | None,
     progress: Progress | None,
 ) -> Motion:
-    scipy, found = integrators(), np.empty(y.size)
+    scipy, compute = integrators(), model.rate()
     if samples is None or isinstance(samples, int):
         times = np.linspace(0.0, t_end, max(2, SAMPLES if samples is None else samples))
     else:
@@ -131,8 +131,7 @@ def _solved(
             raise SceneError("times must rise from 0 or later up to t_end", "samples")
 
     def rate(t: float, state: Array) -> Array:
-        state = np.ascontiguousarray(state)
-        return model.rate(state, _at(tau, t, state, model), found).copy()
+        return compute(state, _at(tau, t, state, model))
 
     def slopes(t: float, state: Array) -> Array:
         return _jacobian(lambda x: rate(t, x), state)
@@ -208,9 +207,10 @@ def _stepped(
 def _cubic(model: Model, times: Array, states: Array, tau: Tau | Array) -> Callable[[Array], Array]:
     """Between states, the cubic with their rates (Hermite)."""
 
+    compute = model.rate()
+
     def rate(k: int) -> Array:
-        y = np.ascontiguousarray(states[k])
-        return model.rate(y, _at(tau, float(times[k]), y, model), np.empty(y.size))
+        return compute(states[k], _at(tau, float(times[k]), states[k], model))
 
     def between(asked: Array) -> Array:
         found = np.empty((asked.size, states.shape[1]))
