@@ -245,10 +245,10 @@ def one(kind: str, n: int, function: str, peers: Peers | None, timer: Timer, rou
             continue
         place = folder / f"{kind}_{n}_{function}_{code}"
         started = time.process_time()
-        artifact = symgen.generate(asked(scene, function, code), place)
+        symgen.generate(asked(scene, function, code), place)
         taken = time.process_time() - started
         manifest = json.loads((place / "manifest.json").read_text())
-        sources = [artifact.path / name for name in manifest["sources"]]
+        sources = [place / name for name in manifest["sources"]]
         library = place / "library.so"
         row.compile_s[code] = compiled(sources, library)
         row.object_kb[code] = library.stat().st_size / 1024

@@ -192,8 +192,8 @@ class _Maker:
         }
         joined = None
         if join is not None:
-            array, size, to, start = join
-            ends = [columns.setdefault(tuple(end(link) for link in rows), len(columns)) for end in (to, start)]
+            array, size, to, used = join
+            ends = [columns.setdefault(tuple(end(link) for link in rows), len(columns)) for end in (to, used)]
             joined = Join(array, size, *ends)
         spanned = None
         if span is not None:
@@ -243,8 +243,7 @@ class _Maker:
     ) -> Sorted:
         """A sweep from the leaves to the root with a state that children send and that arrives as their sum."""
         joining = branches(self.links)
-        zeros, nowhere = (1, 1) if joining else (0, 0)
-        pool = inward_pool(self.links, zeros + nowhere)
+        pool = inward_pool(self.links, 1 if joining else 0)
         extra: Mapping[str, Patterns] = more.get("states", {})  # type: ignore[assignment]
         children: dict[int, list[int]] = {}
         for link in self.links:
@@ -258,23 +257,22 @@ class _Maker:
         found = self.sorter(name, self.slots[::-1], slots, step, arriving).sort()
         state = f"{name}_state"
         self.locals[state] = size * pool.count
-        first = {found[-1] for found in children.values()}
 
         def to(link: Link) -> int:
-            return size * (pool.place[link.parent] if link.parent >= 0 else zeros)
+            return size * pool.place.get(link.parent, 0)
 
-        def start(link: Link) -> int:
-            return to(link) if link.parent >= 0 and link.index not in first else 0
+        def used(link: Link) -> int:
+            return size * pool.place.get(link.index, 0)
 
         arrays = {"arrived": state, **more.get("arrays", {})}  # type: ignore[dict-item]
         offsets = {
-            "arrived": lambda link: size * pool.place.get(link.index, 0),
+            "arrived": used,
             **more.get("offsets", {}),  # type: ignore[dict-item]
         }
         if joining:
             self.locals["sent"] = max(self.locals.get("sent", 0), size)
-            self.parts += [Clear(state, size), Clear("sent", size)]
-            self.sweep(name, heading, found, {**arrays, "sent": "sent"}, offsets, (state, size, to, start))
+            self.parts += [Clear(state, size * pool.count), Clear("sent", size)]
+            self.sweep(name, heading, found, {**arrays, "sent": "sent"}, offsets, (state, size, to, used))
         else:
             self.sweep(name, heading, found, {**arrays, "sent": state}, {**offsets, "sent": to})
         return found

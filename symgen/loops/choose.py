@@ -14,11 +14,11 @@ from symgen.program.instructions import Program
 from symgen.scene.model import Output
 from symgen.topology.tree import Tree
 
-PER_LINK = {"inverse_dynamics": 125, "bias_force": 120, "gravity_force": 30, "forward_dynamics": 380, "mass_matrix": 60}
+PER_LINK = {"inverse_dynamics": 125, "bias_force": 120, "gravity_force": 30, "forward_dynamics": 265, "mass_matrix": 60}
 """About the operations per velocity that a row takes straight-line."""
 PER_ENTRY = 14
 """About those that an entry of the mass matrix takes: one for each velocity on the way to the root."""
-STRAIGHT_UP_TO = 8000
+STRAIGHT_UP_TO = 5000
 """Operations from which on loops are faster to run: straight-line code then no longer stays in the caches of
 instructions. Measured (see docs/large.md)."""
 ALSO_STRAIGHT_UP_TO = 40000

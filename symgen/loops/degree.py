@@ -55,9 +55,10 @@ def _sweep(sweep: Sweep, arrays: dict[str, list[Pair]], limit: int) -> None:
             start = _start(sweep, row, port.name)
             arrays[sweep.arrays[port.name]][start : start + port.size] = found
         if sweep.join:
-            array, to, start = arrays[sweep.join.array], row[sweep.join.to], row[sweep.join.start]
+            array, to, used = arrays[sweep.join.array], row[sweep.join.to], row[sweep.join.used]
             for k in range(sweep.join.size):
-                array[to + k] = _sum(arrays["sent"][k], array[start + k])
+                array[to + k] = _sum(arrays["sent"][k], array[to + k])
+                array[used + k] = CONSTANT
 
 
 def _start(sweep: Sweep, row: Sequence[int], port: str) -> int:

@@ -44,13 +44,14 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Join:
-    """After every step: array[to + i] = sent[i] + array[start + i] for i < size, ``to`` and ``start`` being entries of
-    the row. Where nothing has arrived yet, ``start`` is a place that holds zeros."""
+    """After every step, for i < size: array[to + i] += sent[i], array[used + i] = 0, ``to`` and ``used`` being entries
+    of the row: the parent's place, and the link's own, which is free again. Links without a parent or children have the
+    first place, which nobody reads."""
 
     array: str
     size: int
     to: int
-    start: int
+    used: int
 
 
 @dataclass(frozen=True)

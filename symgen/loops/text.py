@@ -218,9 +218,9 @@ class _Writer:
                 inside += ["default:" if last else f"case {number}:", f"    {self.call(part, step)}", "    break;"]
             inside.append("}")
         if part.join:
-            to, start, array = part.join.to, part.join.start, part.join.array
-            line = f"{array}[at[{to}] + e] = sent[e] + {array}[at[{start}] + e];"
-            inside += _loop("e", "0", part.join.size, [line])
+            array, size = part.join.array, part.join.size
+            inside += _loop("e", "0", size, [f"{array}[at[{part.join.to}] + e] += sent[e];"])
+            inside += _loop("e", "0", size, [f"{array}[at[{part.join.used}] + e] = {self.zero};"])
         yield f"/* {part.heading} */"
         yield from _loop("i", "0", len(part.table), inside)
 

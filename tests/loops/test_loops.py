@@ -142,7 +142,7 @@ class TestChoice:
         assert "C in loops, CasADi" in generated.certificates["forward_dynamics"].method
 
     def test_what_casadi_does_not_get_is_said(self) -> None:
-        system = asked(chain(120), "forward_dynamics", code=None, targets=("c", "casadi"))
+        system = asked(chain(160), "forward_dynamics", code=None, targets=("c", "casadi"))
         code = system.code("forward_dynamics")
         assert code.straight is None and "left out of casadi" in code.note
 
