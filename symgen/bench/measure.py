@@ -186,7 +186,6 @@ def run(
     if settings.counting:
         say("counting instructions")
         counts = driver.instructions([*agreeing, *range(len(found.variants), len(variants))], scratch)
-    floors = floors_of(problem, driver, counts, probes)
     rows, left = [], list(found.left)
     for index, variant in enumerate(found.variants):
         why = judged[index].why
@@ -194,18 +193,28 @@ def run(
             left.append(Left(variant.peer, variant.function, why))
         else:
             rows.append(row_of(variant, workshop, judged[index].error, times[index], counts.get(index)))
-    facts = tuple(
-        FunctionFacts(
-            name, program.plan, count(program).flops, count(program).sincos, milliseconds[name],
-            floors.get(name),
-        )
-        for name, program in problem.programs.items()
-    )  # fmt: skip
+    facts = facts_of(problem, found.variants, milliseconds, floors_of(problem, driver, counts, probes))
     return BenchResult(
         problem.scene.name, problem.system.tree.nq, problem.nv, processor(), compiler_version(workshop.cc),
         " ".join(NATIVE), " ".join(workshop.counted_flags()), settings.states, settings.rounds, facts, tuple(rows),
         tuple(left), (*notes, *standing_notes(bool(counts))),
     )  # fmt: skip
+
+
+def facts_of(
+    problem: Problem, variants: Sequence[Variant], milliseconds: Mapping[str, float], floors: Mapping[str, float]
+) -> tuple[FunctionFacts, ...]:
+    """What is known of our functions; the floor is for straight-line code only."""
+    own = {variant.function: variant for variant in variants if variant.peer == OURS}
+    found = []
+    for name, program in problem.programs.items():
+        made = own.get(name)
+        straight = made is None or made.plan == program.plan
+        flops = count(program).flops if made is None or made.operations is None else made.operations
+        plan = made.plan if made else program.plan
+        floor_of_it = floors.get(name) if straight else None
+        found.append(FunctionFacts(name, plan, flops, count(program).sincos, milliseconds[name], floor_of_it))
+    return tuple(found)
 
 
 @dataclass(frozen=True)

@@ -85,6 +85,8 @@ class Variant:
     generate_s: float | None = None
     """Seconds that making the code took, compiling not included."""
     operations: int | None = None
+    plan: str = ""
+    """How it computes, for ours."""
     sized: bool = True
     """Whether the compiled code of the units is this function's alone."""
 

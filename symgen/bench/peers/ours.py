@@ -14,7 +14,6 @@ from symgen.artifact import Artifact
 from symgen.bench.variant import OURS, Array, Found, Left, Problem, Unit, Variant, split
 from symgen.errors import NotSupportedError
 from symgen.generate import generate
-from symgen.program.instructions import count
 from symgen.scene.model import Output
 from symgen.scene.outputs import function_name
 from symgen.scene.request import request
@@ -60,9 +59,8 @@ def _variants(problem: Problem, output: Output, batch: bool) -> list[Variant]:
         if name not in alone
     )
     text = headers[0][1] if headers[0][0] == header else ""
-    program = problem.programs[output.name]
     sizes = [prod(port["shape"]) for port in function["outputs"]]
-    operations = count(program).flops
+    operations = sum(function["operations"][kind] for kind in ("add", "mul", "div", "sqrt"))
     real = function["precision"]
 
     def plain(flat: Array, _state: Any) -> list[Array]:
@@ -77,9 +75,11 @@ def _variants(problem: Problem, output: Output, batch: bool) -> list[Variant]:
         return [
             Variant(
                 OURS, output.name, _prototypes(text, function["symbol"]), call, base, sum(sizes), plain, units,
-                generate_s=seconds, operations=operations, real=real,
+                generate_s=seconds, operations=operations, real=real, plan=function["plan"],
             )
         ]  # fmt: skip
+    if function["batch_symbol"] is None:
+        return []
     return _batches(problem, function, text, arrays, words, sizes, units, seconds)
 
 
