@@ -327,6 +327,7 @@ def manifest_text(manifest: Mapping[str, Any], directory: str) -> str:
         )
         rows.append((function["name"], function["plan"], flops, operations["sincos"], *proof))
     header = ("function", "plan", "flops", "sincos", "certified against", "points", "doubt", "by")
+    certified = f"{len(rows)} function{'' if len(rows) == 1 else 's'}"
     written = [*manifest["headers"], *manifest["sources"], "manifest.json"]
     written[-1:-1] = [file for kind in ("headers", "sources") for file in manifest.get("cuda", {}).get(kind, ())]
     written += [f"{manifest['name']}.casadi/"] if any(f["casadi_file"] for f in manifest["functions"]) else []
@@ -335,6 +336,6 @@ def manifest_text(manifest: Mapping[str, Any], directory: str) -> str:
             table(header, rows, right=(2, 3, 5, 6)),
             "",
             *(f"[{number}] {method}" for number, method in enumerate(methods, 1)),
-            f"{manifest['name']}: {len(rows)} functions certified; {', '.join(written)} in {directory}",
+            f"{manifest['name']}: {certified} certified; {', '.join(written)} in {directory}",
         ]
     )

@@ -255,7 +255,8 @@ def _check_force(force: Spring | JointSpring, i: int, known: Set[str], scene: Sc
     place = places.place(("forces", i, "joint"))
     joints = {joint.name: joint for joint in scene.joints}
     if force.joint not in joints:
-        raise SceneError(f"there is no joint {clean(force.joint)!r}{did_you_mean(force.joint, joints)}", place)
+        moving = [joint.name for joint in scene.joints if joint.type != "fixed"]
+        raise SceneError(f"there is no joint {clean(force.joint)!r}{did_you_mean(force.joint, moving)}", place)
     kind = joints[force.joint].type
     if kind in ("spherical", "floating"):
         raise SceneError(f"a {kind} joint has no coordinate for a joint spring; use a spring between points", place)

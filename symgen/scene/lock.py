@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from math import inf
 from typing import Any
 
 from symgen.errors import SceneError
@@ -29,7 +30,7 @@ def lock_joints(joints: Sequence[Joint], lock: Mapping[str, Any], mounts: Mounts
     for name, position in lock.items():
         place = places.place(("lock", name))
         if name not in known:
-            raise SceneError(f"there is no joint {clean(name)!r}{did_you_mean(name, known)}", place)
+            raise SceneError(f"there is no joint {clean(name)!r}{did_you_mean(name, _moving(known))}", place)
         joint = known[name]
         q = tuple(position) if isinstance(position, list) else (position,)
         size = JOINT_TYPES[joint.type].nq
@@ -44,6 +45,10 @@ def lock_joints(joints: Sequence[Joint], lock: Mapping[str, Any], mounts: Mounts
             raise SceneError(f"joint {clean(name)!r} is {joint.type}: {size} numbers are wanted, {len(q)} given", place)
         positions[name] = q
     return tuple(_locked(joint, positions, known, mounts, places) for joint in joints)
+
+
+def _moving(joints: Mapping[str, Joint]) -> list[str]:
+    return [name for name, joint in joints.items() if joint.type != "fixed"]
 
 
 def _locked(
@@ -62,6 +67,10 @@ def _locked(
         if len(q) > 1:
             return joint  # which is refused later
         q = (multiplier * q[0] + offset,)
+    bounds = dict(joint.limits)
+    lower, upper = bounds.get("lower", -inf), bounds.get("upper", inf)
+    if len(q) == 1 and not lower <= float(q[0]) <= upper:
+        mounts.beyond.append(f"{clean(joint.name)} ({float(q[0]):.6g}, not in [{lower:.6g}, {upper:.6g}])")
     try:
         step = joint_transform(joint, q, mounts.snap)
     except ValueError as error:

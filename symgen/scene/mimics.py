@@ -30,7 +30,8 @@ def _problem(joint: Joint, known: Mapping[str, Joint]) -> str:
     assert mimic is not None
     name = clean(mimic.joint)
     if mimic.joint not in known:
-        return f"mimics {name!r}, but there is no such joint{did_you_mean(mimic.joint, known)}"
+        meant = did_you_mean(mimic.joint, [name for name, other in known.items() if other.type in COUPLED])
+        return f"mimics {name!r}, but there is no such joint{meant}"
     if mimic.joint == joint.name:
         return "mimics itself"
     master = known[mimic.joint]

@@ -15,7 +15,7 @@ Floats3 = tuple[tuple[float, float, float], ...]
 
 @dataclass
 class Mounts:
-    """Collects, over one scene, the rotations that were snapped and those that narrowly were not."""
+    """Collects, over one scene, the rotations that were snapped and those that narrowly were not, and odd positions."""
 
     snap: Fraction
     snapped: dict[str, float] = field(default_factory=dict)
@@ -23,6 +23,8 @@ class Mounts:
     """(angle as given, exact value) → whose it is."""
     raw: dict[str, Floats3] = field(default_factory=dict)
     """Joint → rotation as it was described, for the joints that were snapped."""
+    beyond: list[str] = field(default_factory=list)
+    """Joints locked beyond their limits."""
 
     def transform(self, xyz: Vector, rpy: Sequence[Fraction], owner: str, joint: str = "") -> Transform:
         """The exact transform of an ``origin``; ``owner`` names it in notes."""
@@ -42,12 +44,15 @@ class Mounts:
                 owners.append(owner)
 
     def notes(self) -> list[str]:
-        """One line that lists every snap with the largest change, one line for each angle that is a near miss."""
+        """One line that lists every snap with the largest change, one for each angle that is a near miss, one for
+        joints locked beyond their limits."""
         notes = [
             f"{', '.join(owners)}: the angle {given} is near a quarter turn, but not within the snap angle "
             f"{float(self.snap):g} rad; {exact} would make it exact (or a larger 'snap' option)"
             for (given, exact), owners in self.near.items()
         ]
+        if self.beyond:
+            notes.append(f"locked beyond their limits: {', '.join(self.beyond)}")
         if not self.snapped:
             return notes
         owners = ", ".join(f"{owner} ({angle:.1e} rad)" for owner, angle in self.snapped.items())

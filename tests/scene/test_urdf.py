@@ -232,6 +232,19 @@ def test_a_locked_joint_of_a_model(tmp_path: Path) -> None:
     assert scene.joint("turn").type == "fixed"
     slide = scene.joint("slide")  # which mimics it
     assert (slide.type, slide.mimic, slide.origin.translation) == ("fixed", None, (Fraction(1, 4), 0, 0))
+    assert not any("beyond" in note for note in scene.notes)
+
+
+def test_a_joint_locked_beyond_its_limits_is_noted(tmp_path: Path) -> None:
+    scene = scene_with(tmp_path, "base: floating\nlock: {turn: 1.5}\n")
+    assert "locked beyond their limits: turn (1.5, not in [-1, 1])" in scene.notes
+
+
+def test_fixed_joints_are_not_suggested(tmp_path: Path) -> None:
+    write(tmp_path, GOOD.replace('"prismatic"', '"fixed"').replace('<mimic joint="turn"/>', ""))
+    with pytest.raises(SymgenError) as caught:
+        load(write(tmp_path, "name: mine\nmodel: two.urdf\nlock: {slid: 0}\n", "mine.scene.yaml"))
+    assert "there is no joint 'slid'; known: turn" in str(caught.value)
 
 
 @pytest.mark.parametrize(
