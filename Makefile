@@ -42,6 +42,10 @@ format: $(STAMP) ## what ruff can put right by itself
 bench: $(STAMP) ## speed and error beside the peers that are installed (`make peers`), out/bench; SCENES="ur5 panda"
 	@$(BIN)/python -m tools.bench $(SCENES)
 
+.PHONY: work-precision
+work-precision: $(STAMP) ## CPU time against error of our integrators beside Exudyn's and Pinocchio's, out/work_precision (SCENES="fig2 panda")
+	@$(BIN)/python -m tools.work_precision $(SCENES)
+
 .PHONY: peers
 peers: $(STAMP) ## install what `make bench` compiles beside our code, into .venv
 	@$(BIN)/python -m pip --disable-pip-version-check install --quiet -r requirements/peers.txt
