@@ -139,15 +139,15 @@ class OneLink:
             if link.kind == FREE:
                 offset = frame[9:]
         if link.kind in (BALL, FREE):
-            return Moving(link, turn, False, 1, 0, whole, offset, 0, 0)
+            return Moving(link, turn, 1, 0, whole, offset, 0, 0)
         if link.kind == SLIDE:
-            return Moving(link, turn, True, 1, 0, None, vadd(offset, scale(self.port("q", 1)[0], along)), 0, 1)
+            return Moving(link, turn, 1, 0, None, vadd(offset, scale(self.port("q", 1)[0], along)), 0, 1)
         c, s = self.port("c", 1)[0], self.port("s", 1)[0]
         linear: Scalar = 0
         if link.kind == SCREW:
             linear = self.slot(PITCH_AT)
             offset = vadd(offset, scale(mul(linear, self.port("q", 1)[0]), along))
-        return Moving(link, turn, whole is None, c, s, whole, offset, 1, linear)
+        return Moving(link, turn, c, s, whole, offset, 1, linear)
 
     def placement(self) -> list[Scalar]:
         """The whole rotation of the link, row by row, and the place of a free one."""

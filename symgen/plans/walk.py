@@ -59,8 +59,6 @@ class Moving:
     link: Link
     turn: Mat
     """K, constant part of the rotation, as scalars."""
-    sparse: bool
-    """K is sparse: apply it after the turn about z instead of forming the whole matrix."""
     c: Scalar
     s: Scalar
     whole: Mat | None
@@ -188,10 +186,10 @@ def _place(link: Link, values: Values, q: Sequence[Scalar], parent: Moving | Non
     if link.index in behind:
         turn, offset = values.matrix(link.turn), values.vector(link.offset)
         before = None if parallel(link) else outer
-        found = Moving(link, turn, True, 1, 0, None, offset, 1, 0, outer=before, angle=own)
+        found = Moving(link, turn, 1, 0, None, offset, 1, 0, outer=before, angle=own)
     elif link.kind == TURN and parallel(link):
         turn, offset = values.matrix(link.turn), values.vector(link.offset)
-        found = Moving(link, turn, True, numbers.cos(own), numbers.sin(own), None, offset, 1, 0)
+        found = Moving(link, turn, numbers.cos(own), numbers.sin(own), None, offset, 1, 0)
     else:
         found = _place_freely(link, values, q)
         if outer is not None:
@@ -211,26 +209,25 @@ def _place_freely(link: Link, values: Values, q: Sequence[Scalar]) -> Moving:
     numbers, turn, offset = values.numbers, values.matrix(link.turn), values.vector(link.offset)
     if link.kind == BALL:
         whole = matmul(turn, quaternion_rotation(tuple(q[link.q : link.q + 4])))
-        return Moving(link, turn, False, 1, 0, whole, offset, 0, 0)
+        return Moving(link, turn, 1, 0, whole, offset, 0, 0)
     if link.kind == FREE:
         whole = matmul(turn, quaternion_rotation(tuple(q[link.q + 3 : link.q + 7])))
         place = vadd(offset, matvec(turn, tuple(q[link.q : link.q + 3])))
-        return Moving(link, turn, False, 1, 0, whole, place, 0, 0)
+        return Moving(link, turn, 1, 0, whole, place, 0, 0)
     position, along = q[link.q], tuple(row[2] for row in turn)
     if link.kind == SLIDE:
-        return Moving(link, turn, True, 1, 0, None, vadd(offset, scale(position, along)), 0, 1)
+        return Moving(link, turn, 1, 0, None, vadd(offset, scale(position, along)), 0, 1)
     c, s = numbers.cos(position), numbers.sin(position)
     linear: Scalar = 0
     if link.kind == SCREW:
         assert link.joint.pitch is not None
         linear = values.lift(link.joint.pitch)
         offset = vadd(offset, scale(mul(linear, position), along))
-    sparse = sum(1 for row in turn for x in row if not is_zero(x)) <= 5
     whole_matrix = None
-    if not sparse:
+    if sum(1 for row in turn for x in row if not is_zero(x)) > 5:  # else K is applied after the turn about z
         rz: Mat = ((c, sub(0, s), 0), (s, c, 0), (0, 0, 1))
         whole_matrix = matmul(turn, rz)
-    return Moving(link, turn, sparse, c, s, whole_matrix, offset, 1, linear)
+    return Moving(link, turn, c, s, whole_matrix, offset, 1, linear)
 
 
 @dataclass(frozen=True)
