@@ -174,11 +174,11 @@ def judge(compiled: Compiled, datum: Program, states: States, high: Array, low: 
 def as_given(system: System, output: Output) -> Program:
     """The program whose constants are the scene's own as far as may be: what the condition is measured with, whatever
     plan is looked at, so that constants which a plan made up excuse nothing."""
-    family = next((family for family in families_of(output, system.tree) if not family.regrouped), None)
-    own = Family(literal=True, regrouped=False)
-    if family is None or family == own:
+    families = [family for family in families_of(output, system.tree) if not (family.regrouped or family.literal)]
+    if not families:
         return system.program(output.name)
-    return build(system.lowered, system.natural, output, replace(family, regrouped=False))
+    articulated = [family for family in families if family.articulated]  # LᵀDL of a long chain has far too many
+    return build(system.lowered, system.natural, output, (articulated or families)[0])
 
 
 def measurable(scene: Scene, rows: Sequence[str]) -> tuple[str, ...]:

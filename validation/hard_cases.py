@@ -1,0 +1,79 @@
+"""The hard cases in one command: python -m symgen.validation.hard_cases [--json] [NAME …]
+
+Every case says what is right; a table says what was found, in double, in float and with each plan. Ends with status 1
+when one fails, 2 when it cannot run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from symgen.errors import SceneError, SymgenError
+
+if TYPE_CHECKING:
+    from symgen.validation.hard.case import Case, Finding
+
+
+def all_cases() -> tuple[Case, ...]:
+    """Raises ToolError without python-flint."""
+    from symgen.validation.hard import configurations, masses, motions, places
+
+    return (*masses.CASES, *configurations.CASES, *places.CASES, *motions.CASES)
+
+
+def picked(names: Sequence[str]) -> list[Case]:
+    """Cases whose names contain one of ``names``; all without any. Raises SceneError where one names nothing."""
+    cases = all_cases()
+    for name in names:
+        if not any(name in case.name for case in cases):
+            raise SceneError(f"no hard case is called so; there are: {', '.join(case.name for case in cases)}", name)
+    return [case for case in cases if not names or any(name in case.name for name in names)]
+
+
+def table(case: Case, findings: Sequence[Finding]) -> str:
+    """One case for people."""
+    lines = [f"{case.name}: {case.right}"]
+    for row in findings:
+        allowed = "" if row.allowed is None else f"≤ {row.allowed:g}"
+        verdict = "      " if row.allowed is None else "ok    " if row.passed else "FAILED"
+        lines.append(f"  {verdict} {row.what:44.90s} {row.variant:58.58s} {row.figure:9.2g} {allowed:8s} {row.note}")
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(prog="symgen.validation.hard_cases", description=__doc__.split("\n")[0])
+    parser.add_argument("--json", action="store_true", help="print a machine-readable result")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="cases whose name contains this; all without")
+    asked = parser.parse_args(arguments)
+    try:
+        from symgen.validation.hard.case import ran
+
+        found = []
+        for case in picked(asked.names):
+            findings = ran(case)
+            found.append((case, findings))
+            if not asked.json:
+                print(table(case, findings), flush=True)
+    except SymgenError as error:
+        print(f"symgen: {error}", file=sys.stderr)
+        return error.exit_status
+    rows = [row for _, findings in found for row in findings]
+    failed = [row for row in rows if not row.passed]
+    if asked.json:
+        cases = [
+            {"name": case.name, "right": case.right, "findings": [row.to_json() for row in findings]}
+            for case, findings in found
+        ]
+        print(json.dumps({"passed": not failed, "cases": cases}, indent=2, ensure_ascii=False, allow_nan=False))
+    else:
+        demanded = sum(row.allowed is not None for row in rows)
+        print(f"{len(found)} hard cases, {demanded} findings, {len(failed)} failed; the rest is for comparison")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
