@@ -142,6 +142,8 @@ def _merged(
     if best.literal or not output_merges(output) or not lagging(lowered.links):
         return []
     small, limit = lowered.tree.nv <= SMALL, NEAR * cost(count(programs[best]))
+    if not small and "inverse_dynamics_second_derivatives" in output.of:
+        return []  # as long as everything else together, and 2 % shorter at best: not built twice
     chosen = [
         family
         for family in weighed
