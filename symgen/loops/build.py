@@ -309,15 +309,16 @@ class _Maker:
             arrays={"wrenches": "column_wrenches"}, offsets={"wrenches": lambda link: steps.WRENCH * link.v},
         )  # fmt: skip
         self.parts.append(Spread("column_wrenches", "columns", nv))
+        apart = any(end < nv for end in past)
+        if apart:
+            self.parts.append(Zeros(port, nv * nv))
         found = self.sorter("column", self.slots[::-1], PLACED, steps.column, lambda slots, patterns: ()).sort()
         self.sweep(
             "column", "inward: rows of the matrix, wrenches of all velocities beyond at once", found,
             {"m": port, "x": "columns"}, {"m": lambda link: nv * link.v},
             span=(lambda link: link.v, lambda link: past[link.v]),
         )  # fmt: skip
-        if any(end < nv for end in past):
-            self.parts.append(Zeros(port, tuple(past)))
-        self.parts.append(Mirror(port, nv))
+        self.parts.append(Mirror(port, nv, tuple(past) if apart else ()))
         if self.has_armature:
             own = [slots.values[ARMATURE_AT] for slots in self.slots for _ in range(slots.link.nv)]
             self.parts.append(Diagonal(port, tuple(own)))

@@ -72,10 +72,10 @@ class Spread:
 
 @dataclass(frozen=True)
 class Zeros:
-    """matrix[n·i + j] = 0 from j = past[i] on: entries between branches."""
+    """All entries of a matrix are set to zero: those between branches stay so."""
 
     matrix: str
-    past: tuple[int, ...]
+    size: int
 
 
 @dataclass(frozen=True)
@@ -88,10 +88,12 @@ class Diagonal:
 
 @dataclass(frozen=True)
 class Mirror:
-    """The lower half of a matrix from its upper one."""
+    """The lower half of a matrix from its upper one: of every row i up to column past[i]. Where all rows go to the end,
+    ``past`` is empty and the matrix is taken in tiles."""
 
     matrix: str
     n: int
+    past: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -150,7 +150,7 @@ class _Writer:
             }
         elif isinstance(part, Angles) and not _running(part.places):
             yield self.integers("places", part.places, "Coordinates that are angles.")
-        elif isinstance(part, Zeros):
+        elif isinstance(part, Mirror) and part.past:
             yield self.integers("past", part.past, "Per velocity, the first one not beyond it.")
         elif isinstance(part, Diagonal):
             yield self.numbers("armature", part.values, "Armature of every velocity.")
@@ -232,13 +232,24 @@ class _Writer:
         yield from _loop("j", "0", part.n, _loop("e", "0", ROWS, [line]))
 
     def zeros(self, part: Zeros) -> Iterator[str]:
-        n = len(part.past)
-        line = f"{part.matrix}[{n} * i + j] = {self.zero};"
-        yield from _loop("i", "0", n, _loop("j", f"{self.name('past')}[i]", n, [line]))
+        yield from _loop("i", "0", part.size, [f"{part.matrix}[i] = {self.zero};"])
 
     def mirror(self, part: Mirror) -> Iterator[str]:
-        line = f"{part.matrix}[{part.n} * i + j] = {part.matrix}[{part.n} * j + i];"
-        yield from _loop("i", "1", part.n, _loop("j", "0", "i", [line]))
+        n, matrix = part.n, part.matrix
+        line = [f"{matrix}[{n} * j + i] = {matrix}[{n} * i + j];"]
+        if part.past:
+            yield from _loop("i", "0", n, _loop("j", "i + 1", f"{self.name('past')}[i]", line))
+            return
+        tiles = n // TILE
+        before, ahead = f"{TILE} * e", f"{TILE} * e + {TILE}"
+        if tiles > 1:
+            inside = _loop("i", "0", before, _loop("j", before, ahead, line))
+            inside += _loop("i", before, ahead, _loop("j", "i + 1", ahead, line))
+            yield from _loop("e", "0", tiles, inside)
+        rest = TILE * tiles if tiles > 1 else 0
+        if rest:
+            yield from _loop("i", "0", rest, _loop("j", rest, n, line)) if rest < n else ()
+        yield from _loop("i", rest, n, _loop("j", "i + 1", n, line)) if rest < n else ()
 
     def diagonal(self, part: Diagonal) -> Iterator[str]:
         n = len(part.values)
@@ -329,7 +340,7 @@ def _plus(start: int, index: str) -> str:
     return f"{start} + {index}" if start else index
 
 
-def _loop(index: str, first: str, past: int | str, inside: Iterable[str]) -> list[str]:
+def _loop(index: str, first: int | str, past: int | str, inside: Iterable[str]) -> list[str]:
     return [f"for (int {index} = {first}; {index} < {past}; ++{index}) {{", *(f"    {line}" for line in inside), "}"]
 
 

@@ -104,6 +104,12 @@ def test_a_long_chain_has_few_classes_and_states_in_few_places() -> None:
     certify(system, emitted(system))
 
 
+@pytest.mark.parametrize("n", [7, 16, 19])
+def test_the_lower_half_of_a_matrix_in_tiles(n: int) -> None:
+    system = asked(chain(n), "mass_matrix")
+    certify(system, emitted(system))
+
+
 def test_batches_of_loops_run_state_by_state(tmp_path: Path) -> None:
     system = asked(chain(3), "inverse_dynamics", batch=True)
     text = emitted(system)
