@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from symgen.loops.model import LoopProgram
 from symgen.program.instructions import Counts, Port, Program, count
 from symgen.targets.c.emit import LICENCE, Emitted
 from symgen.targets.c.info import Info, JointRow
@@ -103,6 +104,7 @@ def _function(
             "sincos": counts.sincos,
         },
         "plan": program.plan,
+        **({"code": "loops"} if isinstance(program, LoopProgram) else {}),
         "certificate": dict(record.certificate),
     }
 
