@@ -24,6 +24,7 @@ from symgen.bench.result import BenchResult, FunctionFacts, Row
 from symgen.bench.variant import OURS, Array, Found, Left, Problem, State, Unit, Variant
 from symgen.bench.workshop import LIMIT_S, NATIVE, Compiled, CompileError, Workshop, compiler_version, open_workshop
 from symgen.catalogue import STATE_INPUTS, input_ports
+from symgen.integrators.plan import without_steps
 from symgen.program.instructions import Program, count
 from symgen.scene.canonical import with_hash
 from symgen.scene.model import Scene
@@ -121,8 +122,13 @@ def bench(scene: Scene, settings: Settings = Settings(), say: Say = lambda what:
     """
     peers, missing = registry.chosen(settings.peers)
     notes: list[str] = []
+    alone = without_steps(scene.outputs)
+    if alone != scene.outputs:
+        scene = with_hash(replace(scene, outputs=alone))
+        notes.append("steps are left out, and what they call is measured: see python -m tools.work_precision")
     if any(peer.physics for peer in peers):
-        scene, notes = comparable(scene)
+        scene, changed = comparable(scene)
+        notes += changed
     with ExitStack() as stack:
         scratch = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         folder = (settings.folder or scratch).resolve() / scene.name
