@@ -58,8 +58,8 @@ class Switch:
 
 
 def _turned_axes(axes_with_z: Callable[[Vec], Mat]) -> Callable[[Vec], Mat]:
-    """Link axes turned about the joint's axis by an angle that makes no zeros; not those of balls and free bodies, whose
-    coordinates are about the body's own axes."""
+    """Link axes turned about the joint's axis by an angle that makes no zeros; not those of balls and free bodies,
+    whose coordinates are about the body's own axes."""
     three, four = Fraction(3, 5), Fraction(4, 5)
     turn: Mat = ((three, -four, 0), (four, three, 0), (0, 0, 1))
     return lambda axis: axes_with_z(axis) if axis is links.Z else matmul(axes_with_z(axis), turn)
