@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from symgen.algebra.linear import (
@@ -24,13 +25,14 @@ from symgen.algebra.linear import (
     matmul,
     matvec,
     mul,
+    neg,
     outer,
     scale,
     skew,
-    sub,
     symmetric,
     vadd,
     vecmat,
+    vneg,
 )
 from symgen.plans.inertia import Inertia, moment_of_inertia
 from symgen.plans.walk import Links, Moving
@@ -45,10 +47,18 @@ def joined(x: Wrench, y: Wrench) -> Wrench:
     return vadd(x[0], y[0]), vadd(x[1], y[1])
 
 
+def _rigid(inertia: Inertia) -> Mat:
+    """Rows of force and moment, columns of a and ẇ: [m 1, −h̃; h̃, tr Σ − Σ]."""
+    m, h, turning = inertia.mass, skew(inertia.first), moment_of_inertia(inertia)
+    mass: Mat = ((m, 0, 0), (0, m, 0), (0, 0, m))
+    forces = tuple((*row, *vneg(moment)) for row, moment in zip(mass, h, strict=True))
+    return forces + tuple((*row, *own) for row, own in zip(h, turning, strict=True))
+
+
 def field_wrench(inertia: Inertia, w: Vec, v: Vec) -> Wrench:
     """Of the field v + w × x: m v + w × h, (tr Σ − Σ) w + h × v."""
-    force = vadd(scale(inertia.mass, v), cross(w, inertia.first))
-    return force, vadd(matvec(moment_of_inertia(inertia), w), cross(inertia.first, v))
+    found = matvec(_rigid(inertia), (*v, *w))
+    return found[:3], found[3:]
 
 
 @dataclass(frozen=True)
@@ -70,7 +80,7 @@ class Functional:
     flow: Vec
 
     def of(self, field: Field) -> Scalar:
-        return add(add(dot(self.force, field.a), dot(self.moment, field.w_rate)), dot(self.flow, field.w))
+        return dot((*self.force, *self.moment, *self.flow), (*field.a, *field.w_rate, *field.w))
 
 
 @dataclass(frozen=True)
@@ -81,25 +91,28 @@ class Composite:
     flow: Vec
     stream: Mat
 
-    def wrench(self, field: Field) -> Wrench:
-        """f = m a + ẇ × h + w × ∫ρẏ; n = h × a + I ẇ + (tr B − B) w, B = ∫ρẏxᵀ."""
-        force, moment = field_wrench(self.inertia, field.w_rate, field.a)
-        return vadd(force, cross(field.w, self.flow)), vadd(moment, matvec(self._spin(), field.w))
-
-    def _spin(self) -> Mat:
-        """tr B − B."""
+    @cached_property
+    def _matrix(self) -> Mat:
+        """Wrenches of fields: `_rigid`, and for w the columns of ∫ρẏ and B = ∫ρẏxᵀ: w × ∫ρẏ, (tr B − B) w."""
         b = self.stream
         xx, yy, zz = b[0][0], b[1][1], b[2][2]
-        return (
-            (add(yy, zz), sub(0, b[0][1]), sub(0, b[0][2])),
-            (sub(0, b[1][0]), add(xx, zz), sub(0, b[1][2])),
-            (sub(0, b[2][0]), sub(0, b[2][1]), add(xx, yy)),
+        spin = (
+            (add(yy, zz), neg(b[0][1]), neg(b[0][2])),
+            (neg(b[1][0]), add(xx, zz), neg(b[1][2])),
+            (neg(b[2][0]), neg(b[2][1]), add(xx, yy)),
         )
+        further = (*(vneg(row) for row in skew(self.flow)), *spin)
+        return tuple((*row, *more) for row, more in zip(_rigid(self.inertia), further, strict=True))
+
+    def wrench(self, field: Field) -> Wrench:
+        """f = m a + ẇ × h + w × ∫ρẏ; n = h × a + I ẇ + (tr B − B) w."""
+        found = matvec(self._matrix, (*field.a, *field.w_rate, *field.w))
+        return found[:3], found[3:]
 
     def functional(self, w: Vec, v: Vec) -> Functional:
         """What a joint with motion subspace (w, v) feels of a field: w · n + v · f."""
-        force, moment = field_wrench(self.inertia, w, v)
-        return Functional(force, moment, vadd(vecmat(w, self._spin()), cross(self.flow, v)))
+        found = vecmat((*v, *w), self._matrix)
+        return Functional(found[:3], found[3:6], found[6:])
 
 
 def relative_velocity(at: Moving, parent_w: Vec, v: Sequence[Scalar]) -> Vec:
