@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from symgen.errors import SymgenError
+from symgen.integrators.plan import without_steps
 from symgen.program.instructions import count
 from symgen.scene.model import Scene
 from symgen.scene.restrictions import restrictions
@@ -50,8 +51,8 @@ def savings(system: System) -> Iterator[Saving]:
 
 
 def total_flops(system: System) -> int:
-    """Flops of all functions asked for, each by its cheapest plan."""
-    return sum(count(system.program(output.name)).flops for output in system.outputs)
+    """Flops of all functions asked for, each by its cheapest plan; of steps, those of what they call."""
+    return sum(count(system.program(output.name)).flops for output in without_steps(system.outputs))
 
 
 def _flops_of(scene: Scene) -> tuple[int | None, str]:

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from symgen.errors import SymgenError
+from symgen.scene.canonical import with_hash
 from symgen.scene.load import load
 from symgen.scene.model import Scene
 from symgen.simulate.model import Model
@@ -45,6 +46,7 @@ USELESS = 0.1
 LONGEST = 20.0
 """Seconds of CPU time from which on finer points of a method are left out."""
 SEED = 7
+PLAIN = ("revolute", "prismatic", "spherical", "floating")
 
 
 @dataclass(frozen=True)
@@ -112,20 +114,60 @@ def pinocchio(method: str) -> Run:
 
 
 def pinocchio_rate(at: Setting, theirs: Pinocchio) -> Callable[[float, Array], Array]:
-    """dy/dt by ABA; where Pinocchio's coordinates are ours and nothing is added, without our adapter between."""
+    """dy/dt by ABA. Where Pinocchio's coordinates are ours and nothing is added, without our adapter between."""
     nq, zero = at.mechanism.nq, np.zeros(at.mechanism.nv)
-    plain = all(link.joint.type in ("revolute", "prismatic") and link.coupling is None for link in at.mechanism.links)
-    order = theirs.velocity_map(at.q, at.v).S
-    still = not np.any(theirs.passive_force(at.q, at.v)) and not at.scene.forces
-    if plain and still and theirs.model.nq == nq and np.array_equal(order, np.eye(nq)):
+    links = at.mechanism.links
+    plain = all(link.joint.type in PLAIN and link.coupling is None and not link.joint.damping for link in links)
+    if plain and not at.scene.forces and theirs.model.nq == nq and same_velocities(at, theirs):
         aba, model, data = theirs.pin.aba, theirs.model, theirs.data
-        return lambda _t, y: np.concatenate([y[nq:], aba(model, data, y[:nq], y[nq:], zero)])
+        turning = [link for link in links if link.joint.type in ("spherical", "floating")]
+        if not turning:
+            return lambda _t, y: np.concatenate([y[nq:], aba(model, data, y[:nq], y[nq:], zero)])
+        places = [(link.q.start, link.v.start, link.joint.type == "floating") for link in turning]
+        vectors = [(link.q, link.v) for link in links if link not in turning]
+
+        def lean(_t: float, y: Array) -> Array:
+            found, q, v = np.empty(y.size), y[:nq], y[nq:]
+            for to, of in vectors:
+                found[to] = v[of]
+            for place, first, floating in places:
+                quaternion_rate(q, v, found, place, first, floating)
+            found[nq:] = aba(model, data, q, v, zero)
+            return found
+
+        return lean
 
     def rate(_t: float, y: Array) -> Array:
         q, v = y[:nq], y[nq:]
         return np.concatenate([position_rate(at.mechanism, q, v), theirs.forward_dynamics(q, v, zero)])
 
     return rate
+
+
+def same_velocities(at: Setting, theirs: Pinocchio) -> bool:
+    """Whether Pinocchio's v is ours, at two configurations."""
+    maps = [theirs.velocity_map(q, at.v).S for q in (at.q, np.roll(at.q, 1))]
+    return all(np.array_equal(found, np.eye(at.mechanism.nv)) for found in maps)
+
+
+def quaternion_rate(q: Array, v: Array, found: Array, place: int, first: int, floating: bool) -> None:
+    """dq/dt of a spherical joint, or of a floating one with velocities in its own axes; in plain floats, which are
+    faster than arrays of three."""
+    if floating:
+        a, b, c = v[first : first + 3].tolist()
+        x, y, z, w = q[place + 3 : place + 7].tolist()
+        s = 2.0 / (x * x + y * y + z * z + w * w)
+        k, m, n = s * (y * c - z * b), s * (z * a - x * c), s * (x * b - y * a)
+        found[place] = a + w * k + y * n - z * m
+        found[place + 1] = b + w * m + z * k - x * n
+        found[place + 2] = c + w * n + x * m - y * k
+        place, first = place + 3, first + 3
+    a, b, c = v[first : first + 3].tolist()
+    x, y, z, w = q[place : place + 4].tolist()
+    found[place] = 0.5 * (w * a + y * c - z * b)
+    found[place + 1] = 0.5 * (w * b + z * a - x * c)
+    found[place + 2] = 0.5 * (w * c + x * b - y * a)
+    found[place + 3] = -0.5 * (x * a + y * b + z * c)
 
 
 def normalised(mechanism: Mechanism, q: Array) -> Array:
@@ -194,6 +236,7 @@ def programs(at: Setting) -> Iterator[tuple[str, str, str, Sequence[float], Run]
 def prepare(path: Path, end: float) -> tuple[Setting, float]:
     """The setting, and how far Pinocchio's reference is from ours."""
     scene = load(path)
+    scene = with_hash(replace(scene, options=replace(scene.options, base_velocity="body")))  # Pinocchio's
     mechanism = build_mechanism(scene)
     steps = ["semi_implicit_euler", "rk4", "implicit_midpoint"]
     if any(link.joint.type in ("spherical", "floating") for link in mechanism.links):

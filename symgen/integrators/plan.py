@@ -34,6 +34,11 @@ def needed_rows(outputs: tuple[Output, ...]) -> tuple[Output, ...]:
     return tuple(Output(row, (row,)) for row in rows if row not in there)
 
 
+def without_steps(outputs: tuple[Output, ...]) -> tuple[Output, ...]:
+    """The others, and what the steps call."""
+    return (*(output for output in outputs if not is_step(output)), *needed_rows(outputs))
+
+
 def compose(lowered: Lowered, size: Sizes, output: Output, program_of: Callable[[str], Program]) -> ComposedProgram:
     """The step. ``program_of``: row → what its function is emitted from."""
     method = method_of(output)
