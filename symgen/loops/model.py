@@ -104,16 +104,7 @@ class Clear:
     size: int
 
 
-@dataclass(frozen=True)
-class Total:
-    """target[0] = Σ source[i] (i < n) + ``constant``."""
-
-    source: str
-    target: str
-    n: int
-
-
-Part = Angles | Sweep | Spread | Zeros | Diagonal | Mirror | Clear | Total
+Part = Angles | Sweep | Spread | Zeros | Diagonal | Mirror | Clear
 
 
 @dataclass(frozen=True)

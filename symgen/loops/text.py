@@ -15,7 +15,6 @@ from symgen.loops.model import (
     Part,
     Spread,
     Sweep,
-    Total,
     Zeros,
     performed,
 )
@@ -258,9 +257,6 @@ class _Writer:
     def clear(self, part: Clear) -> Iterator[str]:
         yield from _loop("e", "0", part.size, [f"{part.array}[e] = {self.zero};"])
 
-    def total(self, part: Total) -> Iterator[str]:
-        raise NotImplementedError
-
     def guard(self) -> Iterator[str]:
         nan = "NAN" if self.precision.name == "float" else "(double)NAN"
         yield "/* no answer unless these are positive */"
@@ -283,7 +279,6 @@ WRITERS: dict[type, Callable[[_Writer, object], Iterator[str]]] = {
     Mirror: _Writer.mirror,  # type: ignore[dict-item]
     Diagonal: _Writer.diagonal,  # type: ignore[dict-item]
     Clear: _Writer.clear,  # type: ignore[dict-item]
-    Total: _Writer.total,  # type: ignore[dict-item]
 }
 
 
