@@ -65,7 +65,8 @@ def say(**record: Any) -> None:
 
 def rows_of(scene: Scene, frame: str, wanted: list[str]) -> list[str]:
     """Every row that exists, frame rows for one frame."""
-    names = [f"{name}:{frame}" if name in OF_A_FRAME else name for name in sorted(AVAILABLE)]
+    available = sorted(AVAILABLE - {"step"})  # steps are calls of the others
+    names = [f"{name}:{frame}" if name in OF_A_FRAME else name for name in available]
     names += [name for name in PRODUCTS if product_exists(name)]
     if wanted:
         names = [name for name in names if name.split(":")[0] in wanted or name in wanted]

@@ -280,7 +280,7 @@ def sweep(at: Setting, floor: float) -> Iterator[Point]:
 
 
 def figure(name: str, points: Sequence[Point], floor: float, folder: Path) -> None:
-    """NAME.png and NAME.svg: one line a method; failed points are not drawn."""
+    """NAME.png and NAME.svg: one line a method; failed points and the reference itself are not drawn."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -294,7 +294,7 @@ def figure(name: str, points: Sequence[Point], floor: float, folder: Path) -> No
     methods = dict.fromkeys((p.program, p.integrator) for p in points)
     counts: dict[str, int] = {}
     for program, integrator in methods:
-        mine = [p for p in points if (p.program, p.integrator) == (program, integrator) and not p.failed]
+        mine = [p for p in points if (p.program, p.integrator) == (program, integrator) and not p.failed and p.error]
         k = counts[program] = counts.get(program, -1) + 1
         if mine:
             x, y = [max(p.error, 1e-16) for p in mine], [p.cpu_seconds for p in mine]
