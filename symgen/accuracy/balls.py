@@ -39,14 +39,15 @@ class ArbNumbers:
     """Balls as a number type (see `symgen.algebra.numbers.Numbers`), at the precision that is set in FLINT."""
 
     def __init__(self) -> None:
-        self._constants: dict[Fraction, Ball] = {}
+        self._constants: dict[int, tuple[Fraction | int, Ball]] = {}
+        """By the identity of the constant, which is kept: fractions take long to hash."""
 
     def const(self, value: Fraction | int) -> Ball:
-        value = Fraction(value)
-        known = self._constants.get(value)
+        known = self._constants.get(id(value))
         if known is None:
-            known = self._constants[value] = arb(fmpq(value.numerator, value.denominator))
-        return known
+            ball = arb(fmpq(value.numerator, value.denominator))
+            known = self._constants[id(value)] = (value, ball)
+        return known[1]
 
     def sqrt(self, x: Ball) -> Ball:
         return x.sqrt()

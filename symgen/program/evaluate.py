@@ -33,17 +33,15 @@ def evaluate_all(program: Program, numbers: Numbers, inputs: Mapping[str, Sequen
         "sinc3_sqrt": numbers.sinc3_sqrt,
     }
     values: list[Scalar] = []
-    for instruction in program.instructions:
-        op, args = instruction.op, instruction.args
+    for op, args, value, _, _ in program.instructions:
         if op in _ARITHMETIC:
-            values.append(_ARITHMETIC[op](*(values[i] for i in args)))
+            values.append(_ARITHMETIC[op](*[values[i] for i in args]))
         elif op == "const":
-            assert isinstance(instruction.value, Fraction)
-            values.append(numbers.const(instruction.value))
+            assert isinstance(value, Fraction)
+            values.append(numbers.const(value))
         elif op == "input":
-            assert isinstance(instruction.value, tuple)
-            name, index = instruction.value
-            values.append(inputs[name][index])
+            assert isinstance(value, tuple)
+            values.append(inputs[value[0]][value[1]])
         else:
             values.append(functions[op](values[args[0]]))
     return values

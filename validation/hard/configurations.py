@@ -20,10 +20,11 @@ EVERY = (Variant(), Variant(trigonometry="libm"), Variant(batch=True), Variant("
 
 def gimbal(bench: Bench) -> Iterator[Finding]:
     for angle in (1e-2, 1e-4):
-        some = states(q=[[0.3, angle, 0.4]], v=[[1, -1, 2]], tau=[[1, 2, 3]])
+        some, what = states(q=[[0.3, angle, 0.4]], v=[[1, -1, 2]], tau=[[1, 2, 3]]), f"middle angle {angle:.0e}"
         yield from bench.accurate(
-            wrist(), "forward_dynamics", some, f"middle angle {angle:.0e}", plans=True, variants=(Variant(),)
-        )
+            wrist(), "forward_dynamics", some, f"{what}, a mass matrix of condition {angle**-2:.0e}", units=angle**-2,
+            plans=True, variants=(Variant(),),
+        )  # fmt: skip
     locked = {"q": [0.3, 0.0, 0.4], "v": [0.0, 0.0, 0.0], "tau": [1.0, 0.0, 0.0]}
     for precision in ("double", "float"):
         a = np.asarray(bench.loaded(wrist(), "forward_dynamics", precision=precision).forward_dynamics(**locked))
@@ -139,7 +140,8 @@ def _against(bench: Bench, problem: Hard, compiled: Compiled, some: States, what
 CASES = (
     Case(
         "gimbal lock",
-        "the exact acceleration near it; at it, where there is none, NaN or numbers beyond measure",
+        "near it the exact acceleration to the condition of the mass matrix; at it, where there is none, NaN or numbers beyond "
+        "measure",
         gimbal,
     ),
     Case(

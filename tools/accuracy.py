@@ -1,0 +1,90 @@
+"""Error tables of compiled functions against ball arithmetic: the examples and five robots (or `make accuracy`).
+
+    python -m tools.accuracy [--states N] [--search N] [--no-plans] [--rows a,b] [-o DIR] [NAME or SCENE …]
+
+Prints a table per scene as it is made and leaves NAME.csv, NAME.json and summary.md in the folder (out/accuracy).
+Robots need example-robot-data; what cannot be measured is said. Compiled files are kept in the user's cache.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from symgen.accuracy.measure import ROWS, Row, Settings, measurable, measure
+from symgen.accuracy.table import as_csv, as_json, as_markdown, as_text
+from symgen.errors import SymgenError
+from symgen.scene.load import load
+from symgen.scene.model import Scene
+from tools.bench import robot
+from tools.robot_list import ROBOTS
+
+ROOT = Path(__file__).resolve().parent.parent
+FIVE = ("kinova", "xarm7", "solo12", "hyq", "tiago")
+
+
+def subjects(names: Sequence[str], folder: Path) -> Iterator[tuple[str, Path]]:
+    """Name and file of every scene that is asked for. Raises FileNotFoundError where there is none."""
+    examples = {
+        path.name.removesuffix(".scene.yaml"): path for path in sorted((ROOT / "examples").glob("*.scene.yaml"))
+    }
+    robots = {row.name for row in ROBOTS}
+    for name in names or (*examples, *FIVE):
+        if name in examples:
+            yield name, examples[name]
+        elif name in robots:
+            yield name, robot(name, folder)
+        elif Path(name).exists():
+            yield Path(name).name.split(".")[0], Path(name)
+        else:
+            raise FileNotFoundError(f"{name} is no example, robot or file")
+
+
+def measured(scene: Scene, settings: Settings) -> list[Row]:
+    """Rows of a scene: those functions that it can have."""
+    rows = measurable(scene, settings.rows)
+    return measure(scene, replace(settings, rows=rows), progress) if rows else []
+
+
+def progress(what: str) -> None:
+    if sys.stderr.isatty():
+        print(f"… {what}", file=sys.stderr)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="tools.accuracy", description=__doc__.split("\n")[0])
+    parser.add_argument("--states", type=int, default=10000, help="sampled states (default 10000)")
+    parser.add_argument("--search", type=int, default=1000, help="evaluations of a search for the worst (0: none)")
+    parser.add_argument("--no-plans", action="store_true", help="the chosen plans only")
+    parser.add_argument("--rows", default=",".join(ROWS), help="functions")
+    parser.add_argument("-o", dest="folder", default="out/accuracy")
+    parser.add_argument("names", nargs="*")
+    asked = parser.parse_args()
+    folder = Path(asked.folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    settings = Settings(asked.states, search=asked.search, plans=not asked.no_plans, rows=tuple(asked.rows.split(",")))
+    everything: list[Row] = []
+    try:
+        for name, path in subjects(asked.names, folder / "scenes"):
+            try:
+                rows = measured(load(path), settings)
+            except SymgenError as error:
+                print(f"{name}: {error}\n", flush=True)
+                continue
+            print(f"{name}, {asked.states} states" if rows else f"{name}: closed loops are not derived", flush=True)
+            print(as_text(rows) + "\n" if rows else "", flush=True)
+            (folder / f"{name}.csv").write_text(as_csv(rows), encoding="utf-8")
+            (folder / f"{name}.json").write_text(as_json(rows), encoding="utf-8")
+            everything += rows
+    except (FileNotFoundError, SymgenError) as error:
+        print(f"symgen: {error}", file=sys.stderr)
+        return 2
+    (folder / "summary.md").write_text(as_markdown(everything), encoding="utf-8")
+    return 1 if any(row.wrong for row in everything) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
