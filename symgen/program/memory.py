@@ -17,4 +17,7 @@ def uncollected() -> Iterator[None]:
         yield
     finally:
         if was_on:
+            if not gc.get_freeze_count():  # what is left is old: it is not looked through at once
+                gc.freeze()
+                gc.unfreeze()
             gc.enable()
