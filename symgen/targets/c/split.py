@@ -19,7 +19,7 @@ LONGEST = 8000
 """Statements that a function may have in one piece. Measured with gcc -O3: 6,000 take 8 s, 30,000 more than 400 s."""
 PART_LENGTH = 1000
 """Statements of a part. Measured with gcc -O3 on 32,000 statements (derivatives of Talos' forward dynamics): parts of
-2,500 take 44 s, of 1,000 33 s and of 500 29 s; the loads and stores at the cuts cost 0, 4 and 10 % more instructions."""
+2,500 take 44 s, of 1,000 33 s and of 500 29 s, the loads and stores at the cuts 0, 4 and 10 % more instructions."""
 
 _DEFINED = re.compile(r"const (?:double|float) ([A-Za-z_]\w*) = |(?:double|float) (\w+), (\w+);", re.ASCII)
 _WORD = re.compile(r"(?<![\w.])[A-Za-z_]\w*", re.ASCII)
