@@ -273,6 +273,10 @@ class Literal:
         return tuple(found)
 
     def bias_force(self) -> Vec:
+        return self._bias_force
+
+    @cached_property
+    def _bias_force(self) -> Vec:
         return vadd(vadd(self.coriolis_force(), self.gravity_force()), self.passive_force())
 
     def inverse_dynamics(self) -> Vec:
