@@ -7,7 +7,7 @@ Every emitted function is certified against this module.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -52,6 +52,8 @@ class Literal:
     natural: NaturalCoordinates
     values: Values
     state: State
+    pseudo_inertias: dict[int, Mat] = field(default_factory=dict, repr=False, compare=False)
+    """P of the bodies that were asked for, see `symgen.literal.frames.pseudo`."""
 
     # --- kinematics -------------------------------------------------------------------------------------------
 

@@ -51,8 +51,11 @@ def velocity_field(literal: Literal, body: int, twist: motion.Twist) -> Field:
 
 def pseudo(literal: Literal, body: int) -> Mat:
     """P of a moving body with all that is welded to it, about its frame's origin."""
-    found = literal.tree.bodies[body]
-    return pseudo_inertia(found.parts, literal.values, found.welds)
+    known = literal.pseudo_inertias
+    if body not in known:
+        found = literal.tree.bodies[body]
+        known[body] = pseudo_inertia(found.parts, literal.values, found.welds)
+    return known[body]
 
 
 def weigh(p: Mat, field: Field) -> Field:
