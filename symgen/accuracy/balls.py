@@ -33,6 +33,7 @@ MOST_BITS = 12288
 BEYOND = Fraction(1, 10**20)
 """The radius of a reference, in units of the rounding of a double."""
 DOUBLE_UNIT = Fraction(1, 2**53)
+SMALLEST = 5e-324
 
 
 class ArbNumbers:
@@ -135,11 +136,11 @@ class Reference:
 
 
 def _good(found: Sequence[Ball]) -> bool:
-    """All radii are small beside the largest entry, or beside one where all entries may be zero."""
+    """All radii are small beside the largest entry, or below every double where all entries may be zero."""
     if not all(x.is_finite() for x in found):
         return False
     largest = max((float(abs(x.mid())) for x in found), default=0.0)
-    allowed = float(DOUBLE_UNIT * BEYOND) * (largest if largest > 1e-200 else 1e-16)
+    allowed = max(float(DOUBLE_UNIT * BEYOND) * largest, SMALLEST)
     return all(float(x.rad()) <= allowed for x in found)
 
 

@@ -128,6 +128,7 @@ def _errors(
             (algorithm or family.articulated == best.articulated)
             and (grouping or family.regrouped == best.regrouped)
             and family.differentiated == best.differentiated
+            and not family.literal  # in ground axes, far from the origin, it may lose far more
             and family not in passed
         )
     ]
