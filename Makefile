@@ -58,6 +58,14 @@ generated: $(STAMP) ## regenerate generated/ (C, headers and manifests of the ex
 robots: $(STAMP) ## operations, times and differences to Pinocchio over real robots (ROBOTS="panda hyq", out/robots)
 	@$(BIN)/python -m tools.robots $(ROBOTS)
 
+.PHONY: accuracy
+accuracy: $(STAMP) ## errors of the examples and five robots against ball arithmetic (SCENES="ur5 panda", out/accuracy)
+	@$(BIN)/python -m tools.accuracy $(SCENES)
+
+.PHONY: hard
+hard: $(STAMP) ## the hard cases, each beside its right answer
+	@$(BIN)/python -m symgen.validation.hard_cases
+
 .PHONY: lock
 lock: ## look for newer versions and rewrite requirements/lock.txt
 	@requirements/relock.sh

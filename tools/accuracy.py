@@ -1,6 +1,6 @@
 """Error tables of compiled functions against ball arithmetic: the examples and five robots (or `make accuracy`).
 
-    python -m tools.accuracy [--states N] [--search N] [--no-plans] [--rows a,b] [-o DIR] [NAME or SCENE …]
+    python -m tools.accuracy [--states N] [--search N] [--no-plans] [--variants a,b] [--rows a,b] [-o DIR] [SCENE …]
 
 Prints a table per scene as it is made and leaves NAME.csv, NAME.json and summary.md in the folder (out/accuracy).
 Robots need example-robot-data; what cannot be measured is said. Compiled files are kept in the user's cache.
@@ -16,6 +16,7 @@ from pathlib import Path
 
 from symgen.accuracy.measure import ROWS, Row, Settings, measurable, measure
 from symgen.accuracy.table import as_csv, as_json, as_markdown, as_text
+from symgen.accuracy.variants import STANDARD
 from symgen.errors import SymgenError
 from symgen.scene.load import load
 from symgen.scene.model import Scene
@@ -60,12 +61,16 @@ def main() -> int:
     parser.add_argument("--search", type=int, default=1000, help="evaluations of a search for the worst (0: none)")
     parser.add_argument("--no-plans", action="store_true", help="the chosen plans only")
     parser.add_argument("--rows", default=",".join(ROWS), help="functions")
+    parser.add_argument("--variants", help="some of: " + ", ".join(variant.name for variant in STANDARD))
     parser.add_argument("-o", dest="folder", default="out/accuracy")
     parser.add_argument("names", nargs="*")
     asked = parser.parse_args()
     folder = Path(asked.folder)
     folder.mkdir(parents=True, exist_ok=True)
     settings = Settings(asked.states, search=asked.search, plans=not asked.no_plans, rows=tuple(asked.rows.split(",")))
+    if asked.variants:
+        wanted = {name.strip() for name in asked.variants.split(",")}
+        settings = replace(settings, variants=tuple(variant for variant in STANDARD if variant.name in wanted))
     everything: list[Row] = []
     try:
         for name, path in subjects(asked.names, folder / "scenes"):

@@ -116,6 +116,7 @@ def _errors(
     algorithm, grouping = rivals(lowered, output, best)
     if not algorithm and not grouping:
         return {}
+    afloat = any(body.joint.type == "floating" for body in lowered.tree.bodies)
     given = replace(best, regrouped=False, merged=False)
     if grouping and given in passed and estimate(lowered, programs[best]) > LOST:
         programs[given] = programs.get(given) or build(lowered, natural, output, given)
@@ -128,7 +129,7 @@ def _errors(
             (algorithm or family.articulated == best.articulated)
             and (grouping or family.regrouped == best.regrouped)
             and family.differentiated == best.differentiated
-            and not family.literal  # in ground axes, far from the origin, it may lose far more
+            and not (family.literal and afloat)  # far from the origin ground axes lose more than any trial state shows
             and family not in passed
         )
     ]

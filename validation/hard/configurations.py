@@ -140,8 +140,8 @@ def _against(bench: Bench, problem: Hard, compiled: Compiled, some: States, what
 CASES = (
     Case(
         "gimbal lock",
-        "near it the exact acceleration to the condition of the mass matrix; at it, where there is none, NaN or numbers "
-        "beyond measure",
+        "near it the exact acceleration to the condition of the mass matrix; at it, where there is none, NaN or "
+        "numbers beyond measure",
         gimbal,
     ),
     Case(
