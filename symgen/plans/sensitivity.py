@@ -149,8 +149,8 @@ def second_derivatives(b: Builder) -> tuple[list[Matrix], ...]:
             dqdq[i][j][k] = dqdq[i][k][j]
     dvdq = _tensor(b, by_velocity, "q", lambda i, j, k: True)
     # M[i][j] by q: the tensor [i][j][k] is symmetric in i and j.
-    half = _tensor(b, b.mass_matrix, "q", lambda i, j, k: j <= i)
-    dadq = [[half[max(i, j)][min(i, j)] for j in indices] for i in indices]
+    lower = _tensor(b, b.mass_matrix, "q", lambda i, j, k: j <= i)
+    dadq = [[lower[max(i, j)][min(i, j)] for j in indices] for i in indices]
     return dqdq, [_columns(matrix) for matrix in dvdq], _by_velocities(b, by_velocity, dadq, alike), dadq
 
 
