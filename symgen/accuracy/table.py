@@ -22,10 +22,27 @@ def as_text(rows: Sequence[Row]) -> str:
     )
 
 
+SUMMARY = (
+    "scene", "function", "plan", "states", "double: max", "99.9 %", "sought", "units", "best plan: max", "float: max",
+    "units",
+)  # fmt: skip
+
+
 def as_markdown(rows: Sequence[Row]) -> str:
-    heads = ("scene", *HEADS)
-    body = [heads, ("---",) * len(heads), *((row.scene, *_cells(row)) for row in rows)]
-    return "\n".join("| " + " | ".join(line) + " |" for line in body) + "\n"
+    """One line per function: its chosen plan in double and in float, and the best plan's error beside it."""
+    lines = [SUMMARY, ("---",) * len(SUMMARY)]
+    for scene, function in dict.fromkeys((row.scene, row.function) for row in rows):
+        own = [row for row in rows if (row.scene, row.function) == (scene, function)]
+        chosen = next((row for row in own if row.variant == "double" and row.chosen), None)
+        single = next((row for row in own if row.variant == "float" and row.chosen), None)
+        if chosen is None:
+            continue
+        best = min(row.largest for row in own if row.variant == "double")
+        sought = "" if chosen.sought is None else f"{chosen.sought:.1e}"
+        found = (f"{chosen.largest:.1e}", f"{chosen.percentile:.1e}", sought, f"{chosen.backward:.1f}", f"{best:.1e}")
+        floats = (f"{single.largest:.1e}", f"{single.backward:.1f}") if single else ("", "")
+        lines.append((scene, function, chosen.plan, str(chosen.states), *found, *floats))
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
 
 
 def _cells(row: Row) -> tuple[str, ...]:
