@@ -229,7 +229,9 @@ def measure(timer: Timer, variants: dict[str, tuple[Any, list[Array]]], rounds: 
     return found
 
 
-def one(kind: str, n: int, function: str, peers: Peers | None, timer: Timer, rounds: int, folder: Path) -> Row:
+def one(
+    kind: str, n: int, function: str, peers: Peers | None, timer: Timer, rounds: int, limit: int, folder: Path
+) -> Row:
     """Everything of one function of one scene."""
     row = Row(kind, n, function)
     scene = SCENES[kind](n)
@@ -241,7 +243,7 @@ def one(kind: str, n: int, function: str, peers: Peers | None, timer: Timer, rou
     results: dict[str, Array] = {}
     operations = about(symgen.derive(asked(scene, function, None)).tree, parse_outputs(function)[0])
     for code in ("loops", "straight"):
-        if code == "straight" and operations > STRAIGHT_LIMIT:
+        if code == "straight" and operations > limit:
             continue
         place = folder / f"{kind}_{n}_{function}_{code}"
         started = time.process_time()
@@ -395,12 +397,16 @@ def write(rows: Sequence[Row], folder: Path) -> None:
 
 
 def main() -> None:
+    sys.setrecursionlimit(20000)  # peers walk deep trees recursively
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("sizes", nargs="*", type=int, default=list(SIZES))
     parser.add_argument("--kinds", default="chain,tree")
     parser.add_argument("--functions", default=",".join(FUNCTIONS))
     parser.add_argument("-o", "--out", type=Path, default=Path("out/scaling"))
     parser.add_argument("--rounds", type=int, default=9)
+    parser.add_argument(
+        "--straight", type=int, default=STRAIGHT_LIMIT, help="operations that are compiled straight-line"
+    )
     parser.add_argument("--alone", action="store_true", help="without peers")
     parser.add_argument("--plot", action="store_true", help="only draw what is in the folder again")
     arguments = parser.parse_args()
@@ -415,7 +421,7 @@ def main() -> None:
         for kind in arguments.kinds.split(","):
             for n in arguments.sizes or SIZES:
                 for function in arguments.functions.split(","):
-                    row = one(kind, n, function, peers, timer, arguments.rounds, Path(scratch))
+                    row = one(kind, n, function, peers, timer, arguments.rounds, arguments.straight, Path(scratch))
                     rows.append(row)
                     print(table([row]).splitlines()[-1], flush=True)
                     loose = [name for name, x in row.difference.items() if x > AGREE * n]
