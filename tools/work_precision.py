@@ -117,12 +117,15 @@ def pinocchio_rate(at: Setting, theirs: Pinocchio) -> Callable[[float, Array], A
     """dy/dt by ABA. Where Pinocchio's coordinates are ours and nothing is added, without our adapter between."""
     nq, zero = at.mechanism.nq, np.zeros(at.mechanism.nv)
     links = at.mechanism.links
-    plain = all(link.joint.type in PLAIN and link.coupling is None and not link.joint.damping for link in links)
+    plain = all(link.joint.type in PLAIN and link.coupling is None for link in links)
     if plain and not at.scene.forces and theirs.model.nq == nq and same_velocities(at, theirs):
         aba, model, data = theirs.pin.aba, theirs.model, theirs.data
+        damping = np.zeros(at.mechanism.nv)
+        for link in links:
+            damping[link.v] = float(link.joint.damping)
         turning = [link for link in links if link.joint.type in ("spherical", "floating")]
         if not turning:
-            return lambda _t, y: np.concatenate([y[nq:], aba(model, data, y[:nq], y[nq:], zero)])
+            return lambda _t, y: np.concatenate([y[nq:], aba(model, data, y[:nq], y[nq:], -damping * y[nq:])])
         places = [(link.q.start, link.v.start, link.joint.type == "floating") for link in turning]
         vectors = [(link.q, link.v) for link in links if link not in turning]
 
@@ -132,7 +135,7 @@ def pinocchio_rate(at: Setting, theirs: Pinocchio) -> Callable[[float, Array], A
                 found[to] = v[of]
             for place, first, floating in places:
                 quaternion_rate(q, v, found, place, first, floating)
-            found[nq:] = aba(model, data, q, v, zero)
+            found[nq:] = aba(model, data, q, v, -damping * v)
             return found
 
         return lean
