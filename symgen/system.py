@@ -152,8 +152,10 @@ class System:
     def _step_code(self, output: Output) -> Code:
         program = compose(self.lowered, self.sizes, output, lambda row: self.code(row).program)
         why = f"calls {', '.join(program.callees)}"
-        targets = [target for target in self.scene.options.targets if target == "cuda"]
-        return Code(program, None, why, f"{program.name} is left out of cuda: it calls others" if targets else "")
+        whole = all(self.code(row).straight is not None for row in program.callees)
+        left_out = [name for name in self.scene.options.targets if name == "cuda" or (name == "casadi" and not whole)]
+        note = f"{program.name} is left out of {' and '.join(left_out)}: it calls others" if left_out else ""
+        return Code(program, None, why, note)
 
     def program(self, name: str) -> Program:
         """The exact straight-line program of a function, by its cheapest plan. Raises NotSupportedError for steps,

@@ -62,6 +62,8 @@ def simulate(
         raise SceneError(f"no method {method!r}{did_you_mean(method, METHODS)}", "method")
     if not (math.isfinite(t_end) and t_end > 0.0):
         raise SceneError("the time must be positive", "t_end")
+    if isinstance(scene, Model) and p is not None:
+        raise SceneError("a Model has its parameters already: give them to it", "p")
     model = scene if isinstance(scene, Model) else Model(scene, (method,) if method in STEPS else (), p)
     y = model.start(q0, v0)
     if method in STEPS:

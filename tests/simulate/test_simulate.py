@@ -109,6 +109,7 @@ def test_a_step_that_does_not_divide_the_time_is_shortened(pendulum: Model) -> N
         ({"t_end": float("nan")}, "must be positive"),
         ({"q0": [1.0, 2.0]}, "1 finite numbers"),
         ({"q0": [float("inf")]}, "1 finite numbers"),
+        ({"p": [1.0]}, "has its parameters already"),
         ({"tau": [1.0, 2.0]}, "1 forces"),
         ({"tau": lambda t, q, v: [1.0, 2.0]}, "must return 1 forces"),
         ({"samples": [0.5, 0.2]}, "must rise"),
