@@ -340,6 +340,7 @@ def figure(rows: Sequence[Row], folder: Path) -> None:
                 if points:
                     place.loglog(*zip(*points, strict=True), color=colour, marker=marker, ms=4, lw=1.4, label=label)
             place.set_title(f"{name}, {kind}", fontsize=10)
+            place.set_xlim(1.5, 1500)
             place.grid(True, which="major", alpha=0.3)
             place.set_xlabel("links")
     for line in axes:
@@ -370,7 +371,8 @@ def costs(rows: Sequence[Row], folder: Path) -> None:
         place.set_xlabel("links")
         place.set_ylabel("CPU s")
         place.grid(True, alpha=0.3)
-        place.legend(fontsize=7, frameon=False)
+        if place.lines:
+            place.legend(fontsize=7, frameon=False)
     figure.tight_layout()
     for suffix in ("png", "svg"):
         figure.savefig(
