@@ -38,6 +38,8 @@ from symgen.targets.c.statements import Body, Functions, write_body
 from symgen.targets.c.templates import render
 
 LICENCE = "0BSD"
+_SYMMETRIC = frozenset({"M", "Minv"})
+"""Outputs that are symmetric matrices: each value below the diagonal is written twice, in places far apart."""
 LINES_PER_FILE = 20000
 """Sources longer than this are split between functions: gcc's memory and time grow with the length of a file."""
 
@@ -324,6 +326,7 @@ def _source(
         {
             "comment": describe(program, body),
             "prototype": prototype(program, row, precision, info.options.status),
+            "unpaired": any(port.name in _SYMMETRIC for port in program.outputs),
             "loops": isinstance(body, LoopBody)
             and body.text(describe(program, body), prototype(program, row, precision, info.options.status)),
             "parts": parts,

@@ -31,7 +31,11 @@ from symgen.targets.c.split import PART, joined
 _COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
 _INCLUDES = re.compile(r'\s*#include "(\w+)\.h"\n((?:#include <(?:math|stdint)\.h>\n)*)')
 _CONSTANT = re.compile(r"\s*static const (double|float) (\w+) = ([\w.+-]+);", re.ASCII)
-_FUNCTION = re.compile(r"\s*(void|int) (\w+)\(([^()]*)\)\n\{\n(.*?)\n\}\n", re.ASCII | re.DOTALL)
+_FUNCTION = re.compile(
+    r"\s*(?P<unpaired>SYMGEN_UNPAIRED\n)?(?P<kind>void|int) (?P<name>\w+)\((?P<ports>[^()]*)\)\n\{\n(?P<body>.*?)\n\}\n"
+    r"(?(unpaired)SYMGEN_PAIRED\n)",
+    re.ASCII | re.DOTALL,
+)
 _CALL = re.compile(r"\b([A-Za-z_]\w*)\(", re.ASCII)
 _FUNCTIONS = "sqrt sqrtf sin sinf cos cosf sines_cosines sine_cosine sine cosine cos_sqrt sinc_sqrt sinc3_sqrt"
 _MATH = frozenset(_FUNCTIONS.split())
@@ -121,7 +125,9 @@ def _read_source(
     code = _code(file, emitted.files[file])
     symbol = re.escape(expected[0].symbols.scalar)
     first = re.search(
-        rf"\n(?:SYMGEN_PART void {symbol}_part0|SYMGEN_STEP void {symbol}_\w+|(?:void|int) {symbol})\(", code
+        rf"\n(?:SYMGEN_PART void {symbol}_part0|SYMGEN_STEP void {symbol}_\w+"
+        rf"|(?:SYMGEN_UNPAIRED\n)?(?:void|int) {symbol})\(",
+        code,
     )
     if first is None:
         raise CertificateError(f"{file}: {expected[0].symbols.scalar} is not there")
@@ -151,15 +157,15 @@ def _read_source(
             position = match.end()
         match = _FUNCTION.match(rest, position)
         place = f"{file}: {function.symbols.scalar}"
-        if match is None or match[2] != function.symbols.scalar:
+        if match is None or match["name"] != function.symbols.scalar:
             raise CertificateError(f"{place}: expected here, found something else")
         position = match.end()
         status = options.status and bool(function.program.guards)
-        _check_signature(place, match[1], match[3], function, options.precision, status)
+        _check_signature(place, match["kind"], match["ports"], function, options.precision, status)
         reader = FunctionReader(place, function.program, values, options.precision, options.trigonometry, status)
-        body = match[4]
+        body = match["body"]
         if parts:
-            body = joined(place, function.symbols.scalar, options.precision, match[3], parts, body)
+            body = joined(place, function.symbols.scalar, options.precision, match["ports"], parts, body)
         functions[function.program.name] = reader.read(body)
     if rest[position:].strip():
         raise CertificateError(f"{file}: text after the last function")
@@ -177,10 +183,10 @@ def _read_loops(
     reader = LoopReader(place, function.program, symbol, constants, options.precision, options.trigonometry, status)
     steps, position = reader.before(text, position)
     match = _FUNCTION.match(text, position)
-    if match is None or match[2] != symbol:
+    if match is None or match["name"] != symbol:
         raise CertificateError(f"{place}: expected here, found something else")
-    _check_signature(place, match[1], match[3], function, options.precision, status)
-    return reader.read(steps, match[4]), match.end()
+    _check_signature(place, match["kind"], match["ports"], function, options.precision, status)
+    return reader.read(steps, match["body"]), match.end()
 
 
 def _read_composed(
@@ -195,10 +201,10 @@ def _read_composed(
     reader = ComposedReader(place, program, symbol, symbols, constants, precision, trigonometry, options.status)
     updates, position = reader.before(text, position)
     match = _FUNCTION.match(text, position)
-    if match is None or match[2] != symbol:
+    if match is None or match["name"] != symbol:
         raise CertificateError(f"{place}: expected here, found something else")
-    _check_signature(place, match[1], match[3], function, precision, status)
-    return reader.read(updates, match[4], function.counts), match.end()
+    _check_signature(place, match["kind"], match["ports"], function, precision, status)
+    return reader.read(updates, match["body"], function.counts), match.end()
 
 
 def _after_includes(file: str, prefix: str, name: str, math: bool, stdint: bool) -> str:
