@@ -163,21 +163,23 @@ def _square(x: Sequence[Scalar], n: int) -> list[list[Scalar]]:
     return [list(x[n * i : n * i + n]) for i in range(n)]
 
 
+def _factor(place: Place, x: Arrays) -> tuple[Sequence[Scalar], ...]:
+    """The Jacobian of the rule's equation by a, factored."""
+    n, half = place.tree.nv, mul(HALF, x["dt"][0])
+    square = mul(half, half)
+    rows = [
+        m + mul(half, by_v) + mul(square, by_q)
+        for m, by_v, by_q in zip(x["M"], x["dtau_dv"], x["dtau_dq"], strict=True)
+    ]
+    return ([y for row in factored(place, _square(rows, n)) for y in row],)
+
+
 def _implicit_midpoint() -> Method:
     """The acceleration a with M a + h = tau in the middle, q ⊕ ½ dt v_m and v_m = v + ½ dt a, by Newton's method with
     the Jacobian M + ½ dt ∂h/∂v + ¼ dt² ∂h/∂q at the beginning; then v + dt a and q ⊕ dt v_m. Symmetric in time."""
 
     def start(place: Place, x: Arrays) -> tuple[Sequence[Scalar], ...]:
         return [0] * place.tree.nv, scale(HALF, tuple(x["v"]))
-
-    def factor(place: Place, x: Arrays) -> tuple[Sequence[Scalar], ...]:
-        n, half = place.tree.nv, mul(HALF, x["dt"][0])
-        square = mul(half, half)
-        rows = [
-            m + mul(half, by_v) + mul(square, by_q)
-            for m, by_v, by_q in zip(x["M"], x["dtau_dv"], x["dtau_dq"], strict=True)
-        ]
-        return ([y for row in factored(place, _square(rows, n)) for y in row],)
 
     def correction(place: Place, x: Arrays) -> tuple[list[Scalar], list[Scalar]]:
         rest = [f - tau for f, tau in zip(x["f"], x["tau"], strict=True)]
@@ -201,7 +203,7 @@ def _implicit_midpoint() -> Method:
         _integrate("q1", "w1"),
         Evaluate("mass_matrix", {"q": "q1"}, {"M": "M"}),
         Evaluate("inverse_dynamics_derivatives", {"q": "q1", "v": "v", "a": "a1"}, _same("dtau_dq", "dtau_dv")),
-        _update("factor", ("M", "dtau_dq", "dtau_dv"), ("J",), factor),
+        _update("factor", ("M", "dtau_dq", "dtau_dv"), ("J",), _factor),
     ]
     for k in range(1, SOLVES + 1):
         v = "v" if k == 1 else f"v{k}"
