@@ -65,10 +65,20 @@ class Bench:
 
     def __init__(self, name: str, folder: Path) -> None:
         self.name, self.folder, self._made = name, folder, 0
+        self._kept: dict[tuple[Scene, str, Variant], tuple[Hard, Compiled]] = {}
 
     def place(self) -> Path:
         self._made += 1
         return self.folder / f"{self.name.replace(' ', '_')}_{self._made}"
+
+    def compiled(self, scene: Scene, row: str, variant: Variant) -> tuple[Hard, Compiled]:
+        """One function of a scene and its problem; made once."""
+        key = (scene, row, variant)
+        if key not in self._kept:
+            problem = Hard(scene, row)
+            (made,) = compile_variant(problem.system, (problem.output,), variant, self.place())
+            self._kept[key] = problem, made
+        return self._kept[key]
 
     def finding(self, what: str, variant: str, figure: float, allowed: float | None, note: str = "") -> Finding:
         return Finding(self.name, what, variant, figure, allowed, note)

@@ -124,8 +124,7 @@ def fast_spin(bench: Bench) -> Iterator[Finding]:
 
 
 def _sharp(bench: Bench, scene: Scene, row: str, some: States, variant: Variant, what: str, allowed: float) -> Finding:
-    problem = Hard(scene, row)
-    (compiled,) = compile_variant(problem.system, (problem.output,), variant, bench.place())
+    problem, compiled = bench.compiled(scene, row, variant)
     return _against(bench, problem, compiled, some, what, allowed)
 
 
