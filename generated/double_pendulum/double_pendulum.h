@@ -79,7 +79,7 @@ void double_pendulum_mass_matrix(const double q[2], double M[4]);
 /*
  * coriolis_matrix: C = R^T Mn dR/dt
  * From q (2, m or rad), v (2, m/s or rad/s) to C (2 x 2, SI).
- * Plan: composite. Operations: 7 add, 13 mul, 1 sincos.
+ * Plan: composite. Operations: 3 add, 4 mul, 1 sincos.
  */
 void double_pendulum_coriolis_matrix(const double q[2], const double v[2], double C[4]);
 

@@ -10,6 +10,18 @@
 #include <math.h>
 #include <stdint.h>
 
+/* For gcc: registers are renamed, which saves moves around fused operations. Where a symmetric matrix is
+ * written, scalars are not paired into vectors: gathering the pairs costs more than they save. */
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC optimize("rename-registers")
+#define SYMGEN_PRAGMA(text) _Pragma(#text)
+#define SYMGEN_UNPAIRED SYMGEN_PRAGMA(GCC push_options) SYMGEN_PRAGMA(GCC optimize("no-tree-slp-vectorize"))
+#define SYMGEN_PAIRED SYMGEN_PRAGMA(GCC pop_options)
+#else
+#define SYMGEN_UNPAIRED
+#define SYMGEN_PAIRED
+#endif
+
 /* 2/pi in words of 32 bits, after three words of nothing. */
 static const uint32_t two_over_pi[41] = {
     0x00000000u, 0x00000000u, 0x00000000u, 0xA2F9836Eu, 0x4E441529u, 0xFC2757D1u,
@@ -91,48 +103,68 @@ static unsigned reduce_large(double x, double *r, double *t)
     return x < 0.0 ? 4u - n % 4u : n;
 }
 
-/* The sine (*s) and cosine (*c) of x in radians; NaN for infinities and NaN. Error below 1 ulp.
- * |x| <= 1.0e5: x minus a multiple of pi/2 given in three parts (Cody and Waite); beyond, and
- * where too little is left of x, in integers. Same bits everywhere when contraction is off. */
-static void sine_cosine(double x, double *s, double *c)
+/* What is rarely taken stays apart, so that the rest needs few registers. */
+#if defined(__GNUC__)
+#define SYMGEN_RARE static __attribute__((noinline, cold))
+#else
+#define SYMGEN_RARE static
+#endif
+
+/* The sine (*s) and cosine (*c) of r - t + quadrant pi/2, |r| <= pi/4, t the tail of r. (Subtracting a
+ * tail keeps the sign of a zero: -0 - 0 is -0, -0 + 0 is not.) */
+static inline void sine_cosine_reduced(double r, double t, unsigned quadrant, double *s, double *c)
 {
     static const double sign[4] = {1.0, 1.0, -1.0, -1.0};
-    const double shifter = 6755399441055744.0; /* adding it rounds to an integer */
-    const double n = (x * 0.63661977236758134 + shifter) - shifter;
-    const double r1 = x - n * 1.5707963267923333;
-    const double w2 = n * 2.5633441514780767e-12;
-    const double r2 = r1 - w2;
-    const double w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
-    double r = r2 - w3;
-    double t = (r2 - r) - w3;
-    double z, w, half, one, odd, even;
-    unsigned quadrant;
-    if (fabs(x) <= 1.0e5 && fabs(r) >= 1.3877787807814457e-17 * fabs(n)) {
-        quadrant = (unsigned)(int32_t)n;
-    } else if (fabs(x) <= 1.7976931348623157e308) {
-        quadrant = reduce_large(x, &r, &t);
-    } else {
-        *s = x - x;
-        *c = x - x;
-        return;
-    }
-    z = r * r;
-    w = z * z;
-    half = 0.5 * z;
-    one = 1.0 - half;
+    const double z = r * r;
+    const double w = z * z;
+    const double half = 0.5 * z;
+    const double one = 1.0 - half;
+    double odd, even;
     odd = (-0.16666666666666630 + 0.0083333333333218407 * z)
         + w * ((-0.00019841269829358525 + 2.7557313538512764e-6 * z)
         + w * (-2.5050734389013597e-8 + 1.5895433277812973e-10 * z));
     even = (0.041666666666666595 - 0.0013888888888873296 * z)
         + w * ((2.4801587288953846e-5 - 2.7557314198804994e-7 * z)
         + w * (2.0875702453515863e-9 - 1.1358577036971123e-11 * z));
-    odd = r + (r * z * odd + t * one);
-    even = one + (((1.0 - one) - half) + (w * even - r * t));
-    odd = x == 0.0 ? x : odd; /* keeps the sign of zero */
+    odd = r - (t * one - r * z * odd);
+    even = one + (((1.0 - one) - half) + (w * even + r * t));
     {
         const double value[2] = {odd, even}; /* tables where a branch would be mispredicted */
         *s = sign[quadrant & 3u] * value[quadrant & 1u];
         *c = sign[(quadrant + 1u) & 3u] * value[(quadrant + 1u) & 1u];
+    }
+}
+
+/* The same of any x in radians, reduced in integers; NaN for infinities and NaN. */
+SYMGEN_RARE void sine_cosine_slowly(double x, double *s, double *c)
+{
+    if (fabs(x) <= 1.7976931348623157e308) {
+        double r, t;
+        const unsigned quadrant = reduce_large(x, &r, &t);
+        sine_cosine_reduced(r, -t, quadrant, s, c);
+    } else {
+        *s = x - x;
+        *c = x - x;
+    }
+}
+
+/* The sine (*s) and cosine (*c) of x in radians; NaN for infinities and NaN. Error below 1 ulp.
+ * |x| <= 1.0e5: x minus a multiple of pi/2 given in three parts (Cody and Waite); beyond, and
+ * where too little is left of x, in integers. Same bits everywhere when contraction is off. */
+static inline void sine_cosine(double x, double *s, double *c)
+{
+    const double shifter = 6755399441055744.0; /* adding it rounds to an integer */
+    const double n = (x * 0.63661977236758134 + shifter) - shifter;
+    const double r1 = x - n * 1.5707963267923333;
+    const double w2 = n * 2.5633441514780767e-12;
+    const double r2 = r1 - w2;
+    const double w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
+    const double r = r2 - w3;
+    const double t = w3 - (r2 - r);
+    if (fabs(x) <= 1.0e5 && fabs(r) >= 1.3877787807814457e-17 * fabs(n)) {
+        sine_cosine_reduced(r, t, (unsigned)(int32_t)n, s, c);
+    } else {
+        sine_cosine_slowly(x, s, c);
     }
 }
 
@@ -144,7 +176,7 @@ typedef double four __attribute__((vector_size(32)));
 typedef double four_apart __attribute__((vector_size(32), aligned(8), may_alias));
 typedef int64_t four_bits __attribute__((vector_size(32)));
 
-static __attribute__((noinline)) void four_slowly(const double *x, double *s, double *c)
+SYMGEN_RARE void four_slowly(const double *x, double *s, double *c)
 {
     for (int i = 0; i < 4; ++i) {
         sine_cosine(x[i], &s[i], &c[i]);
@@ -163,7 +195,7 @@ static void sines_cosines(const double *angles, double *sines, double *cosines, 
         const four r2 = r1 - w2;
         const four w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
         const four r = r2 - w3;
-        const four t = (r2 - r) - w3;
+        const four t = w3 - (r2 - r);
         const four z = r * r;
         const four w = z * z;
         const four half = 0.5 * z;
@@ -180,9 +212,9 @@ static void sines_cosines(const double *angles, double *sines, double *cosines, 
         even = (0.041666666666666595 - 0.0013888888888873296 * z)
         + w * ((2.4801587288953846e-5 - 2.7557314198804994e-7 * z)
         + w * (2.0875702453515863e-9 - 1.1358577036971123e-11 * z));
-        odd = r + (r * z * odd + t * one);
-        even = one + (((1.0 - one) - half) + (w * even - r * t));
-        sine = (four_bits)odd | ((four_bits)x & (x == 0.0));
+        odd = r - (t * one - r * z * odd);
+        even = one + (((1.0 - one) - half) + (w * even + r * t));
+        sine = (four_bits)odd;
         cosine = (four_bits)even;
         swap = (sine ^ cosine) & -(turn & 1);
         *(four_apart *)(sines + i) = (four)(sine ^ swap ^ ((turn & 2) << 62));
@@ -373,45 +405,39 @@ static const double k168 = 0.011037751937984496;
 static const double k169 = 0.0033816593092503644;
 static const double k170 = 0.010461165911050724;
 static const double k171 = 0.00097997752122746108;
-static const double k172 = 0.094412932352424539;
-static const double k173 = 0.032855700458643736;
-static const double k174 = 0.0062312535352600194;
-static const double k175 = 0.29440522824828158;
-static const double k176 = 0.6403508599187191;
-static const double k177 = 0.12921095428206772;
-static const double k178 = 0.038791893632803623;
-static const double k179 = 0.084374936523520364;
-static const double k180 = 0.01702530089063484;
-static const double k181 = 0.70510529417716516;
-static const double k182 = 1.542146631560501;
-static const double k183 = 0.55954391768182665;
-static const double k184 = 0.56108212292521775;
-static const double k185 = 0.58244331885754597;
-static const double k186 = 0.73957461969724947;
-static const double k187 = 1.6086237547989524;
-static const double k188 = 0.17608914473553347;
-static const double k189 = 0.40183457236687053;
-static const double k190 = 8.8154823149258554;
-static const double k191 = 5.1263768418307345;
-static const double k192 = 4.532869450740149;
-static const double k193 = 6.3165814848978092;
-static const double k194 = 0.6839787709604136;
-static const double k195 = 1.5159927387867176;
-static const double k196 = 0.064209856107000918;
-static const double k197 = 4.1670797431216569;
-static const double k198 = 9.4332247674977001;
-static const double k199 = 0.34869511896721933;
-static const double k200 = 90.598158539754337;
-static const double k201 = 0.18742510226844708;
-static const double k202 = 3.5864307708224872;
-static const double k203 = 0.87319830445628166;
-static const double k204 = 0.18111280817507797;
-static const double k205 = 0.47703040785184292;
-static const double k206 = 0.8695981867073227;
-static const double k207 = 0.19767681165408385;
-static const double k208 = 0.099833416646828155;
-static const double k209 = 0.4524631165184762;
-static const double k210 = 0.12744011793795837;
+static const double k172 = 1.542146631560501;
+static const double k173 = 0.55954391768182665;
+static const double k174 = 0.56108212292521775;
+static const double k175 = 0.58244331885754597;
+static const double k176 = 0.73957461969724947;
+static const double k177 = 1.6086237547989524;
+static const double k178 = 0.17608914473553347;
+static const double k179 = 0.40183457236687053;
+static const double k180 = 8.8154823149258554;
+static const double k181 = 5.1263768418307345;
+static const double k182 = 4.532869450740149;
+static const double k183 = 6.3165814848978092;
+static const double k184 = 0.6839787709604136;
+static const double k185 = 1.5159927387867176;
+static const double k186 = 2.9498525761139831;
+static const double k187 = 0.064209856107000918;
+static const double k188 = 0.52030420582082237;
+static const double k189 = 0.0076921611684428823;
+static const double k190 = 90.598158539754337;
+static const double k191 = 0.094412932352424539;
+static const double k192 = 0.34869511896721933;
+static const double k193 = 0.18742510226844708;
+static const double k194 = 0.0062312535352600194;
+static const double k195 = 0.032855700458643736;
+static const double k196 = 3.5864307708224872;
+static const double k197 = 0.87319830445628166;
+static const double k198 = 0.18111280817507797;
+static const double k199 = 0.47703040785184292;
+static const double k200 = 0.8695981867073227;
+static const double k201 = 0.19767681165408385;
+static const double k202 = 0.099833416646828155;
+static const double k203 = 0.4524631165184762;
+static const double k204 = 0.12744011793795837;
 
 /*
  * natural_coordinates: x = basic points and unit vectors, ground axes
@@ -822,84 +848,85 @@ void fig1_constraints(const double q[4], double Psi[23])
     const double t135 = t67 * t118 - (t35 * t118 + t36 * t119 + t37 * t120);
     Psi[8] = t135 + t68 * t119 + t69 * t120 - k95;
     Psi[9] = t118 * t118 + t119 * t119 + t120 * t120 - 1.0;
-    Psi[10] = t86 * t118 - t75 * t119 + t88 * t119 - t76 * t120 + t89 * t120 - k96;
+    const double t136 = t88 * t119 + (t86 * t118 - t75 * t119) - t76 * t120;
+    Psi[10] = t89 * t120 + t136 - k96;
     Psi[11] = k97 + (t118 * t121 + t119 * t122 + t120 * t123);
-    const double t136 = t74 * t74 - t87 * (2.0 * t74) + t75 * t75 - t88 * (2.0 * t75);
-    const double t137 = t87 * t87;
-    const double t138 = t88 * t88;
-    const double t139 = t89 * t89;
-    Psi[12] = t136 + t76 * t76 - t89 * (2.0 * t76) + t137 + t138 + t139 - 0.1069;
-    const double t140 = t87 * t121;
-    const double t141 = t88 * t122;
-    const double t142 = t89 * t123;
-    Psi[13] = k98 + (t140 - (t74 * t121 + t75 * t122 + t76 * t123) + t141 + t142);
+    const double t137 = t74 * t74 - t87 * (2.0 * t74) + t75 * t75 - t88 * (2.0 * t75);
+    const double t138 = t87 * t87;
+    const double t139 = t88 * t88;
+    const double t140 = t89 * t89;
+    Psi[12] = t137 + t76 * t76 - t89 * (2.0 * t76) + t138 + t139 + t140 - 0.1069;
+    const double t141 = t87 * t121;
+    const double t142 = t88 * t122;
+    const double t143 = t89 * t123;
+    Psi[13] = k98 + (t141 - (t74 * t121 + t75 * t122 + t76 * t123) + t142 + t143);
     Psi[14] = t121 * t121 + t122 * t122 + t123 * t123 - 1.0;
-    const double t143 = k99 * t36;
-    const double t144 = k99 * t37;
-    const double t145 = t73 * (k99 * t35) - t68 * t143 + t75 * t143 - t69 * t144;
-    const double t146 = k100 * t115;
-    const double t147 = k100 * t116;
-    const double t148 = t145 + t76 * t144 - t67 * t146 + t74 * t146 - t68 * t147;
-    const double t149 = k100 * t117;
-    const double t150 = k99 * t67;
-    const double t151 = t148 + t75 * t147 - t69 * t149 + t76 * t149 + t67 * t150;
-    const double t152 = k99 * t68;
-    const double t153 = t151 - t118 * (k101 * t67) - t74 * t150 + t68 * t152;
-    const double t154 = k99 * t69;
-    const double t155 = t153 - t119 * (k101 * t68) - t75 * t152 + t69 * t154;
-    const double t156 = t155 - t120 * (k101 * t69) - t76 * t154 + t74 * (k101 * t118);
-    Psi[15] = t156 + t75 * (k101 * t119) + t76 * (k101 * t120);
-    const double t157 = k102 * t36;
-    const double t158 = k102 * t37;
-    const double t159 = k102 * t35 * (t67 - t74) + t68 * t157 - t75 * t157 + t69 * t158;
-    const double t160 = k103 * t115;
-    const double t161 = k103 * t116;
-    const double t162 = t159 - t76 * t158 - t67 * t160 + t74 * t160 - t68 * t161;
-    const double t163 = k103 * t117;
-    const double t164 = k102 * t67;
-    const double t165 = t162 + t75 * t161 - t69 * t163 + t76 * t163 - t67 * t164;
-    const double t166 = k102 * t68;
-    const double t167 = t165 + t118 * (k104 * t67) + t74 * t164 - t68 * t166;
-    const double t168 = k102 * t69;
-    const double t169 = t167 + t119 * (k104 * t68) + t75 * t166 - t69 * t168;
-    const double t170 = t169 + t120 * (k104 * t69) + t76 * t168 - t74 * (k104 * t118);
-    Psi[16] = t170 - t75 * (k104 * t119) - t76 * (k104 * t120);
-    const double t171 = k106 * t35;
-    const double t172 = t118 * (k105 * t35) + t74 * t171 - t87 * t171;
-    const double t173 = k106 * t36;
-    const double t174 = t172 - t121 * (k107 * t35) + t119 * (k105 * t36) + t75 * t173;
-    const double t175 = k106 * t37;
-    const double t176 = t174 - t88 * t173 - t122 * (k107 * t36) + t120 * (k105 * t37);
-    const double t177 = t176 + t76 * t175 - t89 * t175 - t123 * (k107 * t37);
-    const double t178 = k109 * t115;
-    const double t179 = t177 - t118 * (k108 * t115) - t74 * t178 + t87 * t178;
-    const double t180 = k109 * t116;
-    const double t181 = t179 + t121 * (k110 * t115) - t119 * (k108 * t116) - t75 * t180;
-    const double t182 = k109 * t117;
-    const double t183 = t181 + t88 * t180 + t122 * (k110 * t116) - t120 * (k108 * t117);
-    const double t184 = t183 - t76 * t182 + t89 * t182 + t123 * (k110 * t117);
-    const double t185 = k106 * t67;
-    const double t186 = t184 - t118 * (k105 * t67) - t74 * t185 + t87 * t185;
-    const double t187 = k106 * t68;
-    const double t188 = t186 + t121 * (k107 * t67) - t119 * (k105 * t68) - t75 * t187;
-    const double t189 = k106 * t69;
-    const double t190 = t188 + t88 * t187 + t122 * (k107 * t68) - t120 * (k105 * t69);
-    const double t191 = t190 - t76 * t189 + t89 * t189 + t123 * (k107 * t69);
-    const double t192 = k112 * t118;
-    const double t193 = t191 + t118 * (k111 * t118) + t74 * t192 - t87 * t192;
-    const double t194 = k112 * t119;
-    const double t195 = t193 - t121 * (k113 * t118) + t119 * (k111 * t119) + t75 * t194;
-    const double t196 = k112 * t120;
-    const double t197 = t195 - t88 * t194 - t122 * (k113 * t119) + t120 * (k111 * t120);
-    Psi[17] = t197 + t76 * t196 - t89 * t196 - t123 * (k113 * t120);
-    const double t198 = t121 * t124 - (t142 + (t140 + t141)) + t122 * t125;
-    Psi[18] = t198 + t123 * t126 - k114;
+    const double t144 = k99 * t36;
+    const double t145 = k99 * t37;
+    const double t146 = t75 * t144 + (t73 * (k99 * t35) - t68 * t144) - t69 * t145;
+    const double t147 = k100 * t115;
+    const double t148 = k100 * t116;
+    const double t149 = t74 * t147 + (t76 * t145 + t146 - t67 * t147) - t68 * t148;
+    const double t150 = k100 * t117;
+    const double t151 = k99 * t67;
+    const double t152 = t67 * t151 + (t76 * t150 + (t75 * t148 + t149 - t69 * t150));
+    const double t153 = k99 * t68;
+    const double t154 = t68 * t153 + (t152 - t118 * (k101 * t67) - t74 * t151);
+    const double t155 = k99 * t69;
+    const double t156 = t69 * t155 + (t154 - t119 * (k101 * t68) - t75 * t153);
+    const double t157 = t74 * (k101 * t118) + (t156 - t120 * (k101 * t69) - t76 * t155);
+    Psi[15] = t76 * (k101 * t120) + (t75 * (k101 * t119) + t157);
+    const double t158 = k102 * t36;
+    const double t159 = k102 * t37;
+    const double t160 = t68 * t158 + k102 * t35 * (t67 - t74) - t75 * t158;
+    const double t161 = k103 * t115;
+    const double t162 = k103 * t116;
+    const double t163 = t74 * t161 + (t69 * t159 + t160 - t76 * t159 - t67 * t161);
+    const double t164 = k103 * t117;
+    const double t165 = k102 * t67;
+    const double t166 = t76 * t164 + (t75 * t162 + (t163 - t68 * t162) - t69 * t164);
+    const double t167 = k102 * t68;
+    const double t168 = t74 * t165 + (t118 * (k104 * t67) + (t166 - t67 * t165));
+    const double t169 = k102 * t69;
+    const double t170 = t75 * t167 + (t119 * (k104 * t68) + (t168 - t68 * t167));
+    const double t171 = t76 * t169 + (t120 * (k104 * t69) + (t170 - t69 * t169));
+    Psi[16] = t171 - t74 * (k104 * t118) - t75 * (k104 * t119) - t76 * (k104 * t120);
+    const double t172 = k106 * t35;
+    const double t173 = t118 * (k105 * t35) + t74 * t172 - t87 * t172;
+    const double t174 = k106 * t36;
+    const double t175 = t173 - t121 * (k107 * t35) + t119 * (k105 * t36) + t75 * t174;
+    const double t176 = k106 * t37;
+    const double t177 = t175 - t88 * t174 - t122 * (k107 * t36) + t120 * (k105 * t37);
+    const double t178 = t177 + t76 * t176 - t89 * t176 - t123 * (k107 * t37);
+    const double t179 = k109 * t115;
+    const double t180 = t178 - t118 * (k108 * t115) - t74 * t179 + t87 * t179;
+    const double t181 = k109 * t116;
+    const double t182 = t180 + t121 * (k110 * t115) - t119 * (k108 * t116) - t75 * t181;
+    const double t183 = k109 * t117;
+    const double t184 = t182 + t88 * t181 + t122 * (k110 * t116) - t120 * (k108 * t117);
+    const double t185 = t184 - t76 * t183 + t89 * t183 + t123 * (k110 * t117);
+    const double t186 = k106 * t67;
+    const double t187 = t185 - t118 * (k105 * t67) - t74 * t186 + t87 * t186;
+    const double t188 = k106 * t68;
+    const double t189 = t187 + t121 * (k107 * t67) - t119 * (k105 * t68) - t75 * t188;
+    const double t190 = k106 * t69;
+    const double t191 = t189 + t88 * t188 + t122 * (k107 * t68) - t120 * (k105 * t69);
+    const double t192 = t191 - t76 * t190 + t89 * t190 + t123 * (k107 * t69);
+    const double t193 = k112 * t118;
+    const double t194 = t192 + t118 * (k111 * t118) + t74 * t193 - t87 * t193;
+    const double t195 = k112 * t119;
+    const double t196 = t194 - t121 * (k113 * t118) + t119 * (k111 * t119) + t75 * t195;
+    const double t197 = k112 * t120;
+    const double t198 = t196 - t88 * t195 - t122 * (k113 * t119) + t120 * (k111 * t120);
+    Psi[17] = t198 + t76 * t197 - t89 * t197 - t123 * (k113 * t120);
+    const double t199 = t121 * t124 - (t143 + (t141 + t142)) + t122 * t125;
+    Psi[18] = t199 + t123 * t126 - k114;
     Psi[19] = t121 * t127 + t122 * t128 + t123 * t129 - k115;
-    const double t199 = t138 + (t137 - t124 * (2.0 * t87)) - t125 * (2.0 * t88);
-    const double t200 = t139 + t199 - t126 * (2.0 * t89) + t124 * t124 + t125 * t125;
-    Psi[20] = t200 + t126 * t126 - 0.0741;
-    const double t201 = t124 * t127 - (t87 * t127 + t88 * t128 + t89 * t129);
-    Psi[21] = t201 + t125 * t128 + t126 * t129 - 0.16;
+    const double t200 = t139 + (t138 - t124 * (2.0 * t87)) - t125 * (2.0 * t88);
+    const double t201 = t140 + t200 - t126 * (2.0 * t89) + t124 * t124 + t125 * t125;
+    Psi[20] = t201 + t126 * t126 - 0.0741;
+    const double t202 = t124 * t127 - (t87 * t127 + t88 * t128 + t89 * t129);
+    Psi[21] = t202 + t125 * t128 + t126 * t129 - 0.16;
     Psi[22] = t127 * t127 + t128 * t128 + t129 * t129 - 1.0;
 }
 
@@ -2112,6 +2139,7 @@ void fig1_natural_bias_acceleration(const double q[4], const double v[4], double
  * From q (4, m or rad) to M (4 x 4, SI).
  * Plan: composite. Operations: 218 add, 277 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void fig1_mass_matrix(const double q[4], double M[16])
 {
     const double angles[4] = {q[1], q[3], 0.0, 0.0};
@@ -2253,11 +2281,12 @@ void fig1_mass_matrix(const double q[4], double M[16])
     M[10] = 1.8;
     M[15] = k168;
 }
+SYMGEN_PAIRED
 
 /*
  * coriolis_matrix: C = R^T Mn dR/dt
  * From q (4, m or rad), v (4, m/s or rad/s) to C (4 x 4, SI).
- * Plan: composite. Operations: 560 add, 726 mul, 2 sincos.
+ * Plan: composite. Operations: 510 add, 671 mul, 2 sincos.
  */
 void fig1_coriolis_matrix(const double q[4], const double v[4], double C[16])
 {
@@ -2288,278 +2317,252 @@ void fig1_coriolis_matrix(const double q[4], const double v[4], double C[16])
     const double t17 = v[0] * t6;
     const double t18 = 0.308 * v[0];
     const double t19 = 0.144 * v[0];
-    const double t20 = t1 * t18 + t3 * t19;
-    const double t21 = t2 * t18 + t4 * t19;
-    const double t22 = k172 * v[0];
-    const double t23 = v[1] + k92 * v[0];
+    const double t20 = v[1] + k92 * v[0];
     /* velocity: body3 */
-    const double t24 = k134 * t16 + k158 * t17 + k136 * t23;
-    const double t25 = k137 * t23 - (k157 * t16 + k135 * t17);
-    const double t26 = k139 * t17 - k138 * t16 + k94 * t23;
-    const double t27 = t9 * t17;
-    const double t28 = t9 * t16;
-    const double t29 = t8 * t23 - t27 - t20;
-    const double t30 = t21 + (t7 * t23 + t28);
-    const double t31 = t22 - (t8 * t16 + t7 * t17);
-    const double t32 = k134 * t29 + k158 * t30 + k136 * t31;
-    const double t33 = k137 * t31 - (k157 * t29 + k135 * t30);
-    const double t34 = v[2] + (k139 * t30 - k138 * t29 + k94 * t31);
+    const double t21 = k134 * t16 + k158 * t17 + k136 * t20;
+    const double t22 = k137 * t20 - (k157 * t16 + k135 * t17);
+    const double t23 = k139 * t17 - k138 * t16 + k94 * t20;
     /* velocity: body4 */
-    const double t35 = t10 * t24 + t12 * t25 - t14 * t26;
-    const double t36 = t15 * t26 - (t11 * t24 + t13 * t25);
-    const double t37 = t32 + k144 * t25;
-    const double t38 = t33 + (k143 * t26 - k144 * t24);
-    const double t39 = t34 - k143 * t25;
-    const double t40 = t10 * t37 + t12 * t38 - t14 * t39;
-    const double t41 = t15 * t39 - (t11 * t37 + t13 * t38);
-    const double t42 = k142 * t38 - k153 * t37 - k97 * t39;
-    const double t43 = v[3] + (k142 * t25 - k153 * t24 - k97 * t26);
-    const double t44 = k159 * t23;
-    const double t45 = k160 * t17;
-    const double t46 = k161 * t16;
-    const double t47 = 1.8 * t32;
-    const double t48 = 1.8 * t33;
-    const double t49 = k124 * t43;
-    const double t50 = k125 * t36;
-    const double t51 = t50 - t49;
-    const double t52 = k126 * t43;
-    const double t53 = k126 * t35;
-    const double t54 = t49 - t53;
-    const double t55 = k125 * t43;
-    const double t56 = k124 * t35;
-    const double t57 = t56 - k122 * t36;
-    const double t58 = k124 * t36;
-    const double t59 = k123 * t35 - t58;
-    const double t60 = t53 - t50;
-    const double t61 = k150 * t43;
-    const double t62 = k149 * t43;
-    const double t63 = k149 * t36 - k150 * t35;
-    const double t64 = t51 - k149 * t40;
-    const double t65 = k126 * t36 - k123 * t43 - k150 * t40;
-    const double t66 = k122 * t43 - k125 * t35 - k149 * t41;
-    const double t67 = t54 - k150 * t41;
-    const double t68 = t57 - k149 * t42;
-    const double t69 = t59 - k150 * t42;
-    /* composite inertia and momentum: body4 */
-    const double t70 = t10 * t61 + t11 * t62 - k153 * t63;
-    const double t71 = t12 * t61 + t13 * t62 + k142 * t63;
-    const double t72 = t14 * t61 + t15 * t62 + k97 * t63;
-    const double t73 = t10 * t64 - t11 * t66 - k153 * t68;
-    const double t74 = t12 * t64 - t13 * t66 + k142 * t68;
-    const double t75 = t15 * t66 - t14 * t64 - k97 * t68;
-    const double t76 = t10 * t65 - t11 * t67 - k153 * t69;
-    const double t77 = t12 * t65 - t13 * t67 + k142 * t69;
-    const double t78 = t15 * t67 - t14 * t65 - k97 * t69;
-    const double t79 = t10 * t52 + t11 * t55 + k153 * t60;
-    const double t80 = k142 * t60 - (t12 * t52 + t13 * t55);
-    const double t81 = t14 * t52 + t15 * t55 - k97 * t60;
-    const double t82 = k150 * t11 - k149 * t10;
-    const double t83 = k150 * t13 - k149 * t12;
-    const double t84 = k149 * t14 - k150 * t15;
-    const double t85 = k151 * cos_q3 - k152 * sin_q3;
-    const double t86 = cos_q3 * t85;
-    const double t87 = k123 + t86;
-    const double t88 = k122 - t86;
-    const double t89 = k124 + sin_q3 * t85;
-    const double t90 = k125 * cos_q3 - k126 * sin_q3;
-    const double t91 = k125 * sin_q3 + k126 * cos_q3;
-    const double t92 = k140 * t87 - k145 * t89 - k153 * t90;
-    const double t93 = k140 * t89 - k145 * t88 - k153 * t91;
-    const double t94 = k140 * t90 - k145 * t91;
-    const double t95 = k141 * t87 - k146 * t89 + k142 * t90;
-    const double t96 = k141 * t89 - k146 * t88 + k142 * t91;
-    const double t97 = k141 * t90 - k146 * t91;
-    const double t98 = k141 * t95 - k146 * t96 + k142 * t97;
-    const double t99 = k147 * (k147 * t87 + k148 * t89 + k97 * t90);
-    const double t100 = t99 + k148 * (k147 * t89 + k148 * t88 + k97 * t91);
-    const double t101 = k140 * t92 - k145 * t93 - k153 * t94 + k154 * t82;
-    const double t102 = t100 + k97 * (k147 * t90 + k148 * t91) + k155 * t84;
-    const double t103 = k141 * t92 - k146 * t93 + k142 * t94 + k143 * t83;
-    const double t104 = k143 * t84 + k144 * t82 - (k147 * t92 + k148 * t93 + k97 * t94);
-    const double t105 = k144 * t83 - (k147 * t95 + k148 * t96 + k97 * t97);
-    const double t106 = k120 + t82;
-    const double t107 = t83 - k156;
-    const double t108 = k121 + t84;
-    const double t109 = t47 + (k121 * t25 + k156 * t26) + t70;
-    const double t110 = t48 + (k120 * t26 - k121 * t24) + t71;
-    const double t111 = 1.8 * t34 - (k156 * t24 + k120 * t25) - t72;
-    const double t112 = k120 * t32 + (t10 * t73 - t11 * t76 + k153 * t79 + k143 * t70);
-    const double t113 = t12 * t73 - t13 * t76 - k142 * t79 - k156 * t32;
-    const double t114 = k121 * t32 + (t15 * t76 - t14 * t73 + k97 * t79 + k144 * t70);
-    const double t115 = k120 * t33 + (t10 * t74 - t11 * t77 - k153 * t80 + k143 * t71);
-    const double t116 = t12 * t74 - t13 * t77 + k142 * t80 - k156 * t33;
-    const double t117 = k121 * t33 + (t15 * t77 - t14 * t74 - k97 * t80 + k144 * t71);
-    const double t118 = k120 * t34 + (t10 * t75 - t11 * t78 - k153 * t81 - k143 * t72);
-    const double t119 = t12 * t75 - t13 * t78 + k142 * t81 - k156 * t34;
-    const double t120 = k121 * t34 + (t15 * t78 - t14 * t75 - k97 * t81 - k144 * t72);
-    /* composite inertia and momentum: body3 */
-    const double t121 = k134 * t109 - k157 * t110 - k138 * t111;
-    const double t122 = k135 * t110 - k158 * t109 - k139 * t111;
-    const double t123 = k136 * t109 + k137 * t110 + k94 * t111;
-    const double t124 = k134 * t112 - k157 * t115 - k138 * t118;
-    const double t125 = k135 * t115 - k158 * t112 - k139 * t118;
-    const double t126 = k136 * t112 + k137 * t115 + k94 * t118;
-    const double t127 = k134 * t113 - k157 * t116 - k138 * t119;
-    const double t128 = k135 * t116 - k158 * t113 - k139 * t119;
-    const double t129 = k136 * t113 + k137 * t116 + k94 * t119;
-    const double t130 = k134 * t114 - k157 * t117 - k138 * t120;
-    const double t131 = k135 * t117 - k158 * t114 - k139 * t120;
-    const double t132 = k136 * t114 + k137 * t117 + k94 * t120;
-    const double t133 = k134 * t106 - k157 * t107 - k138 * t108;
-    const double t134 = k135 * t107 - k158 * t106 - k139 * t108;
-    const double t135 = k136 * t106 + k137 * t107 + k94 * t108;
-    const double t136 = k134 * t101 - k157 * t103 - k138 * t104;
-    const double t137 = k134 * t103 - k157 * t98 - k138 * t105;
-    const double t138 = k134 * t104 - k157 * t105 - k138 * t102;
-    const double t139 = k135 * t103 - k158 * t101 - k139 * t104;
-    const double t140 = k135 * t98 - k158 * t103 - k139 * t105;
-    const double t141 = k135 * t105 - k158 * t104 - k139 * t102;
-    const double t142 = k136 * (k136 * t101 + k137 * t103 + k94 * t104);
-    const double t143 = t142 + k137 * (k136 * t103 + k137 * t98 + k94 * t105);
-    const double t144 = t133 - 1.8 * t7;
-    const double t145 = t134 - 1.8 * t8;
-    const double t146 = t135 + 1.8 * t9;
-    const double t147 = t143 + k94 * (k136 * t104 + k137 * t105 + k94 * t102);
-    const double t148 = t147 + t9 * (t135 + t146);
-    const double t149 = k135 * t137 - k158 * t136 - k139 * t138;
-    const double t150 = k136 * t136 + k137 * t137 + k94 * t138;
-    const double t151 = k136 * t139 + k137 * t140 + k94 * t141;
-    const double t152 = t144 - 0.348;
-    const double t153 = t145 - 0.066;
-    const double t154 = k134 * t136 - k157 * t137 - k138 * t138 - t7 * (t133 + t144);
-    const double t155 = k135 * t140 - k158 * t139 - k139 * t141 - t8 * (t134 + t145);
-    const double t156 = t149 - (t7 * t134 + t8 * t144) - k159;
-    const double t157 = 0.066 * t23 + t121;
-    const double t158 = t122 - 0.348 * t23;
-    const double t159 = t123 - (0.066 * t16 + 0.348 * t17);
-    const double t160 = k134 * t124 - k157 * t127 - k138 * t130 - t7 * t121;
-    const double t161 = t44 + t45 + 0.348 * t20 + t160;
-    const double t162 = k135 * t127 - k158 * t124 - k139 * t130 - t8 * t121;
-    const double t163 = k161 * t17 - k119 * t23 + 0.066 * t20 + t162;
-    const double t164 = k161 * t23 + (k136 * t124 + k137 * t127 + k94 * t130 + t9 * t121);
-    const double t165 = k134 * t125 - k157 * t128 - k138 * t131 - t7 * t122;
-    const double t166 = k118 * t23 + k160 * t16 + 0.348 * t21 + t165;
-    const double t167 = k135 * t128 - k158 * t125 - k139 * t131 - t8 * t122;
-    const double t168 = t46 - t44 + 0.066 * t21 + t167;
-    const double t169 = k136 * t125 + k137 * t128 + k94 * t131 + t9 * t122 - k160 * t23;
-    const double t170 = k134 * t126 - k157 * t129 - k138 * t132 - t7 * t123;
-    const double t171 = k118 * t17 - k159 * t16 - k173 * v[0] + t170;
-    const double t172 = k135 * t129 - k158 * t126 - k139 * t132 - t8 * t123;
-    const double t173 = k119 * t16 - k159 * t17 - k174 * v[0] + t172;
-    const double t174 = k136 * t126 + k137 * t129 + k94 * t132 + t9 * t123 - (t45 + t46);
-    /* composite inertia and momentum: body2 */
-    const double t175 = t1 * (t1 * t161 + t2 * t166 - k162 * t171);
-    const double t176 = t175 + t2 * (t1 * t163 + t2 * t168 - k162 * t173);
-    const double t177 = t3 * (t3 * t161 + t4 * t166 + k131 * t171);
-    const double t178 = t177 + t4 * (t3 * t163 + t4 * t168 + k131 * t173);
-    const double t179 = t176 - k162 * (t1 * t164 + t2 * t169 - k162 * t174);
-    const double t180 = t178 + k131 * (t3 * t164 + t4 * t169 + k131 * t174);
-    /* Coriolis matrix: columns of body1 */
-    const double t181 = t179 - 0.144 * (t1 * t157 + t2 * t158 - k162 * t159);
-    C[0] = t181 + (t180 + 0.308 * (t3 * t157 + t4 * t158 + k131 * t159));
-    const double t182 = k92 * t21 - t6 * t22;
-    const double t183 = k92 * t20 + t5 * t22;
-    const double t184 = t5 * t21 + t6 * t20;
-    const double t185 = t174 - t22 * t146;
-    const double t186 = t161 + t20 * t152 + (t168 + t21 * t153);
-    const double t187 = t5 * (t171 - t22 * t152) - t6 * (t173 - t22 * t153);
-    C[4] = k92 * (t185 + t186) - (t187 + k92 * t185) - (t152 * t183 + t153 * t182);
-    const double t188 = k175 + (k134 * t5 + k158 * t6);
-    const double t189 = k176 - (k157 * t5 + k135 * t6);
-    const double t190 = k177 + (k139 * t6 - k138 * t5);
-    const double t191 = t32 - (k158 * t21 - k134 * t20 + k178 * v[0]);
-    const double t192 = t33 - (k157 * t20 - k135 * t21 + k179 * v[0]);
-    const double t193 = t34 - (k138 * t20 + k139 * t21 + k180 * v[0]);
-    const double t194 = k134 * t182 + k158 * t183 - k136 * t184 + (t189 * t193 - t190 * t192);
-    const double t195 = t190 * t191 - t188 * t193 - (k157 * t182 + k135 * t183 + k137 * t184);
-    const double t196 = k139 * t183 - k138 * t182 - k94 * t184 + (t188 * t192 - t189 * t191);
-    const double t197 = t109 - t47;
-    const double t198 = t110 - t48;
-    C[8] = 1.8 * t196 + (t188 * t198 - t189 * t197);
-    const double t199 = t10 * t188 + t12 * t189 - t14 * t190;
-    const double t200 = t15 * t190 - (t11 * t188 + t13 * t189);
-    const double t201 = k142 * t189 - k153 * t188 - k97 * t190;
-    const double t202 = t40 - (t10 * t32 + t12 * t33 - t14 * t34);
-    const double t203 = t41 - (t15 * t34 - (t11 * t32 + t13 * t33));
-    const double t204 = t42 - (k142 * t33 - k153 * t32 - k97 * t34);
-    const double t205 = t10 * t194 + t12 * t195 - t14 * t196;
-    const double t206 = t15 * t196 - (t11 * t194 + t13 * t195);
-    const double t207 = t60 + (t51 + t54);
-    C[15] = t207;
-    const double t208 = k150 * (t205 + (t200 * t204 - t201 * t203));
-    const double t209 = t201 * t207 - (t57 * t199 + t59 * t200 + t60 * t201);
-    C[12] = t208 - k149 * (t206 + (t201 * t202 - t199 * t204)) + t209;
-    /* Coriolis matrix: columns of body2 */
-    const double t210 = t16 * t152 - t17 * t153;
-    const double t211 = t158 + 1.8 * t21 + t16 * t146;
-    const double t212 = t157 + 1.8 * t20 + t17 * t146;
-    const double t213 = t17 * (t150 + (t9 * t144 - t7 * t135) - k160);
-    const double t214 = t186 + (t213 + t16 * (t151 + (t9 * t145 - t8 * t135) - k161));
-    C[5] = t214;
-    const double t215 = t16 * t156 - t17 * (t148 + (k119 + t155)) - (t164 + t20 * t146);
-    const double t216 = t17 * t156 - t16 * (t148 + (k118 + t154)) - (t169 + t21 * t146);
-    const double t217 = 0.144 * (t4 * t212 - t3 * t211 + k131 * t210);
-    const double t218 = t217 + 0.308 * (t2 * t212 - t1 * t211 - k162 * t210);
-    C[1] = t5 * t215 - t6 * t216 + k92 * t214 - t218;
-    const double t219 = k158 * t16 - k134 * t17;
-    const double t220 = k157 * t17 - k135 * t16;
-    const double t221 = k138 * t17 + k139 * t16;
-    const double t222 = t8 * t17 - t7 * t16;
-    const double t223 = k136 * t222 - (k134 * t28 + k158 * t27);
-    const double t224 = k157 * t28 + k135 * t27 + k137 * t222;
-    const double t225 = k138 * t28 - k139 * t27 + k94 * t222 + (k136 * t192 - k137 * t191);
-    C[9] = 1.8 * t225 + (t107 * t219 - t106 * t220 + (k136 * t198 - k137 * t197));
-    const double t226 = k136 * t10 + k137 * t12 - k94 * t14;
-    const double t227 = k94 * t15 - (k136 * t11 + k137 * t13);
-    const double t228 = t223 + (k137 * t193 - k94 * t192) + k144 * t220;
-    const double t229 = t224 + (k94 * t191 - k136 * t193) + (k143 * t221 - k144 * t219);
-    const double t230 = t225 - k143 * t220;
-    const double t231 = t10 * t228 + t12 * t229 - t14 * t230;
-    const double t232 = t15 * t230 - (t11 * t228 + t13 * t229);
-    const double t233 = k150 * (t231 + (t204 * t227 - k181 * t203));
-    const double t234 = k126 * (t15 * t221 - (t11 * t219 + t13 * t220));
-    const double t235 = k125 * (t10 * t219 + t12 * t220 - t14 * t221) + t234;
-    const double t236 = k168 * (k142 * t220 - k153 * t219 - k97 * t221) - t235;
-    const double t237 = t233 - k149 * (t232 + (k181 * t202 - t204 * t226)) + t236;
-    C[13] = t237 + (k181 * t207 - (t57 * t226 + t59 * t227 + k181 * t60));
-    /* Coriolis matrix: columns of body3 */
-    const double t238 = t24 * t108;
-    const double t239 = t25 * t108;
-    const double t240 = t24 * t106 + t25 * t107;
-    const double t241 = k182 * t25 + k183 * t24;
-    const double t242 = k184 * t25 + k185 * t24;
-    const double t243 = k186 * t25 - k187 * t24;
-    const double t244 = k134 * t238 - k157 * t239 + k138 * t240;
-    const double t245 = k135 * t239 - k158 * t238 + k139 * t240;
-    const double t246 = k136 * t238 + k137 * t239 - k94 * t240 + (t7 * t242 + t8 * t241);
-    C[6] = t246;
-    const double t247 = t5 * (t244 + (t9 * t242 - t8 * t243));
-    const double t248 = 0.144 * (t3 * t241 - t4 * t242 + k131 * t243);
-    const double t249 = t247 - t6 * (t245 + (t9 * t241 + t7 * t243)) + k92 * t246;
-    C[2] = t249 - (t248 + 0.308 * (t1 * t241 - t2 * t242 - k162 * t243));
-    C[14] = k150 * (t10 * t25 - t12 * t24) - k149 * (t13 * t24 - t11 * t25);
-    /* Coriolis matrix: columns of body4 */
-    const double t250 = k150 * t36 + k149 * t35;
-    const double t251 = t52 + (t56 + k123 * t36);
-    const double t252 = t55 + (t58 + k122 * t35);
-    const double t253 = t10 * t62 - t11 * t61 + k153 * t250;
-    const double t254 = t12 * t62 - t13 * t61 - k142 * t250;
-    const double t255 = t15 * t61 - t14 * t62 + k97 * t250;
-    C[11] = t255;
-    const double t256 = t10 * t251 + t11 * t252 - k153 * t207 - k144 * t254;
-    const double t257 = t12 * t251 + t13 * t252 + k142 * t207 + (k144 * t253 - k143 * t255);
-    const double t258 = k143 * t254 - (t14 * t251 + t15 * t252 + k97 * t207);
-    const double t259 = k134 * t253 - k157 * t254 - k138 * t255;
-    const double t260 = k135 * t254 - k158 * t253 - k139 * t255;
-    const double t261 = k136 * t253 + k137 * t254 + k94 * t255;
-    const double t262 = k134 * t256 - k157 * t257 - k138 * t258;
-    const double t263 = k135 * t257 - k158 * t256 - k139 * t258;
-    const double t264 = k136 * t256 + k137 * t257 + k94 * t258 + (t8 * t259 - t7 * t260);
-    C[7] = t264;
-    const double t265 = t5 * (t262 - (t8 * t261 + t9 * t260));
-    const double t266 = 0.144 * (t3 * t259 + t4 * t260 + k131 * t261);
-    const double t267 = t265 - t6 * (t263 + (t9 * t259 + t7 * t261)) + k92 * t264;
-    C[3] = t267 - (t266 + 0.308 * (t1 * t259 + t2 * t260 - k162 * t261));
+    const double t24 = t10 * t21 + t12 * t22 - t14 * t23;
+    const double t25 = t15 * t23 - (t11 * t21 + t13 * t22);
+    const double t26 = k144 * t22;
+    const double t27 = k143 * t23 - k144 * t21;
+    const double t28 = k143 * t22;
+    const double t29 = v[3] + (k142 * t22 - k153 * t21 - k97 * t23);
+    /* composite inertia: body4 */
+    const double t30 = k150 * t11 - k149 * t10;
+    const double t31 = k150 * t13 - k149 * t12;
+    const double t32 = k149 * t14 - k150 * t15;
+    const double t33 = k151 * cos_q3 - k152 * sin_q3;
+    const double t34 = cos_q3 * t33;
+    const double t35 = k123 + t34;
+    const double t36 = k122 - t34;
+    const double t37 = k124 + sin_q3 * t33;
+    const double t38 = k125 * cos_q3 - k126 * sin_q3;
+    const double t39 = k125 * sin_q3 + k126 * cos_q3;
+    const double t40 = k140 * t35 - k145 * t37 - k153 * t38;
+    const double t41 = k140 * t37 - k145 * t36 - k153 * t39;
+    const double t42 = k140 * t38 - k145 * t39;
+    const double t43 = k141 * t35 - k146 * t37 + k142 * t38;
+    const double t44 = k141 * t37 - k146 * t36 + k142 * t39;
+    const double t45 = k141 * t38 - k146 * t39;
+    const double t46 = k141 * t43 - k146 * t44 + k142 * t45;
+    const double t47 = k147 * (k147 * t35 + k148 * t37 + k97 * t38);
+    const double t48 = t47 + k148 * (k147 * t37 + k148 * t36 + k97 * t39);
+    const double t49 = k140 * t40 - k145 * t41 - k153 * t42 + k154 * t30;
+    const double t50 = t48 + k97 * (k147 * t38 + k148 * t39) + k155 * t32;
+    const double t51 = k141 * t40 - k146 * t41 + k142 * t42 + k143 * t31;
+    const double t52 = k143 * t32 + k144 * t30 - (k147 * t40 + k148 * t41 + k97 * t42);
+    const double t53 = k144 * t31 - (k147 * t43 + k148 * t44 + k97 * t45);
+    const double hc_body3_x = k120 + t30;
+    const double hc_body3_y = t31 - k156;
+    const double hc_body3_z = k121 + t32;
+    /* composite inertia: body3 */
+    const double t54 = k134 * hc_body3_x - k157 * hc_body3_y - k138 * hc_body3_z;
+    const double t55 = k135 * hc_body3_y - k158 * hc_body3_x - k139 * hc_body3_z;
+    const double t56 = k136 * hc_body3_x + k137 * hc_body3_y + k94 * hc_body3_z;
+    const double t57 = k134 * t49 - k157 * t51 - k138 * t52;
+    const double t58 = k134 * t51 - k157 * t46 - k138 * t53;
+    const double t59 = k134 * t52 - k157 * t53 - k138 * t50;
+    const double t60 = k135 * t51 - k158 * t49 - k139 * t52;
+    const double t61 = k135 * t46 - k158 * t51 - k139 * t53;
+    const double t62 = k135 * t53 - k158 * t52 - k139 * t50;
+    const double t63 = k136 * (k136 * t49 + k137 * t51 + k94 * t52);
+    const double t64 = t63 + k137 * (k136 * t51 + k137 * t46 + k94 * t53);
+    const double t65 = t54 - 1.8 * t7;
+    const double t66 = t55 - 1.8 * t8;
+    const double hc_body2_z = t56 + 1.8 * t9;
+    const double t67 = t64 + k94 * (k136 * t52 + k137 * t53 + k94 * t50);
+    const double t68 = t67 + t9 * (t56 + hc_body2_z);
+    const double hc_body2_x = t65 - 0.348;
+    const double hc_body2_y = t66 - 0.066;
+    const double t69 = k134 * t57 - k157 * t58 - k138 * t59 - t7 * (t54 + t65);
+    const double t70 = k135 * t61 - k158 * t60 - k139 * t62 - t8 * (t55 + t66);
+    const double t71 = k135 * t58 - k158 * t57 - k139 * t59 - (t7 * t55 + t8 * t65) - k159;
+    const double t72 = k136 * t57 + k137 * t58 + k94 * t59 + (t9 * t65 - t7 * t56);
+    const double t73 = k136 * t60 + k137 * t61 + k94 * t62 + (t9 * t66 - t8 * t56);
+    /* composite inertia: body2 */
+    const double t74 = t3 * hc_body2_x + t4 * hc_body2_y + k131 * hc_body2_z;
+    const double t75 = k159 * t20;
+    const double t76 = k160 * t17;
+    const double t77 = k161 * t16;
+    const double t78 = k150 * t29;
+    const double t79 = k149 * t29;
+    const double t80 = k149 * t25 - k150 * t24;
+    const double t81 = k124 * t29;
+    const double t82 = k125 * t25;
+    const double t83 = t82 - t81;
+    const double t84 = k126 * t25 - k123 * t29;
+    const double t85 = k126 * t29;
+    const double t86 = k122 * t29 - k125 * t24;
+    const double t87 = k126 * t24;
+    const double t88 = t81 - t87;
+    const double t89 = k125 * t29;
+    const double t90 = k124 * t24;
+    const double t91 = t90 - k122 * t25;
+    const double t92 = k124 * t25;
+    const double t93 = k123 * t24 - t92;
+    const double t94 = t87 - t82;
+    /* velocity moments: body4 */
+    const double t95 = t10 * t78 + t11 * t79 - k153 * t80;
+    const double t96 = t12 * t78 + t13 * t79 + k142 * t80;
+    const double t97 = t14 * t78 + t15 * t79 + k97 * t80;
+    const double t98 = t10 * t83 - t11 * t86 - k153 * t91;
+    const double t99 = t10 * t84 - t11 * t88 - k153 * t93;
+    const double t100 = t10 * t85 + t11 * t89 + k153 * t94;
+    const double t101 = t12 * t83 - t13 * t86 + k142 * t91;
+    const double t102 = t12 * t84 - t13 * t88 + k142 * t93;
+    const double t103 = k142 * t94 - (t12 * t85 + t13 * t89);
+    const double t104 = t15 * t86 - t14 * t83 - k97 * t91;
+    const double t105 = t15 * t88 - t14 * t84 - k97 * t93;
+    const double t106 = t14 * t85 + t15 * t89 - k97 * t94;
+    const double t107 = t10 * t98 - t11 * t99 + k153 * t100 + (t26 * t30 + k143 * t95);
+    const double t108 = t12 * t98 - t13 * t99 - k142 * t100 + t26 * t31;
+    const double t109 = t15 * t99 - t14 * t98 + k97 * t100 + (t26 * t32 + k144 * t95);
+    const double t110 = t10 * t101 - t11 * t102 - k153 * t103 + (t27 * t30 + k143 * t96);
+    const double t111 = t12 * t101 - t13 * t102 + k142 * t103 + t27 * t31;
+    const double t112 = t15 * t102 - t14 * t101 - k97 * t103 + (t27 * t32 + k144 * t96);
+    const double t113 = t10 * t104 - t11 * t105 - k153 * t106 - (t28 * t30 + k143 * t97);
+    const double t114 = t12 * t104 - t13 * t105 + k142 * t106 - t28 * t31;
+    const double t115 = t15 * t105 - t14 * t104 - k97 * t106 - (t28 * t32 + k144 * t97);
+    const double t116 = k121 * t22 + k156 * t23 + t95;
+    const double t117 = k120 * t23 - k121 * t21 + t96;
+    const double t118 = k156 * t21 + k120 * t22 + t97;
+    /* velocity moments: body3 */
+    const double t119 = t8 * t20 - t9 * t17 - k138 * v[2];
+    const double t120 = t7 * t20 + t9 * t16 + k139 * v[2];
+    const double t121 = k94 * v[2] - (t8 * t16 + t7 * t17);
+    const double t122 = k134 * t116 - k157 * t117 + k138 * t118;
+    const double t123 = k135 * t117 - k158 * t116 + k139 * t118;
+    const double t124 = k136 * t116 + k137 * t117 - k94 * t118;
+    const double t125 = k134 * t107 - k157 * t110 - k138 * t113;
+    const double t126 = k134 * t108 - k157 * t111 - k138 * t114;
+    const double t127 = k134 * t109 - k157 * t112 - k138 * t115;
+    const double t128 = k135 * t110 - k158 * t107 - k139 * t113;
+    const double t129 = k135 * t111 - k158 * t108 - k139 * t114;
+    const double t130 = k135 * t112 - k158 * t109 - k139 * t115;
+    const double t131 = k136 * t107 + k137 * t110 + k94 * t113;
+    const double t132 = k136 * t108 + k137 * t111 + k94 * t114;
+    const double t133 = k136 * t109 + k137 * t112 + k94 * t115;
+    const double t134 = k134 * t125 - k157 * t126 - k138 * t127;
+    const double t135 = k135 * t126 - k158 * t125 - k139 * t127;
+    const double t136 = k136 * t125 + k137 * t126 + k94 * t127;
+    const double t137 = k134 * t128 - k157 * t129 - k138 * t130;
+    const double t138 = k135 * t129 - k158 * t128 - k139 * t130;
+    const double t139 = k136 * t128 + k137 * t129 + k94 * t130;
+    const double t140 = k134 * t131 - k157 * t132 - k138 * t133;
+    const double t141 = k135 * t132 - k158 * t131 - k139 * t133;
+    const double t142 = k136 * t131 + k137 * t132 + k94 * t133;
+    const double t143 = 0.066 * t20 + (t122 + 1.8 * t119);
+    const double t144 = t123 - 1.8 * t120 - 0.348 * t20;
+    const double t145 = t124 + 1.8 * t121 - (0.066 * t16 + 0.348 * t17);
+    const double t146 = t75 + t76 + (t134 + (t65 * t119 - t7 * t122));
+    const double t147 = k161 * t17 - k119 * t20 + (t135 + (t66 * t119 - t8 * t122));
+    const double t148 = k161 * t20 + (t136 + (hc_body2_z * t119 + t9 * t122));
+    const double t149 = k118 * t20 + k160 * t16 + (t137 - (t65 * t120 + t7 * t123));
+    const double t150 = t77 - t75 + (t138 - (t66 * t120 + t8 * t123));
+    const double t151 = t139 + (t9 * t123 - hc_body2_z * t120) - k160 * t20;
+    const double t152 = k118 * t17 - k159 * t16 + (t140 + (t65 * t121 - t7 * t124));
+    const double t153 = k119 * t16 - k159 * t17 + (t141 + (t66 * t121 - t8 * t124));
+    const double t154 = t142 + (hc_body2_z * t121 + t9 * t124) - (t76 + t77);
+    /* velocity moments: body2 */
+    const double t155 = t1 * (t1 * t146 + t2 * t149 - k162 * t152);
+    const double t156 = t155 + t2 * (t1 * t147 + t2 * t150 - k162 * t153);
+    const double t157 = t3 * (t3 * t146 + t4 * t149 + k131 * t152);
+    const double t158 = t157 + t4 * (t3 * t147 + t4 * t150 + k131 * t153);
+    const double t159 = t1 * hc_body2_x + t2 * hc_body2_y - k162 * hc_body2_z - 0.2592;
+    const double t160 = 0.308 * (t3 * t143 + t4 * t144 + k131 * t145);
+    const double t161 = t18 * t159 + 0.144 * (t1 * t143 + t2 * t144 - k162 * t145);
+    const double t162 = t158 + k131 * (t3 * t148 + t4 * t151 + k131 * t154);
+    /* Coriolis matrix: columns and rows of body1 */
+    const double t163 = t156 - k162 * (t1 * t148 + t2 * t151 - k162 * t154) - t161;
+    C[0] = t163 + (t162 + (t160 - t19 * (0.5544 + t74)));
+    /* Coriolis matrix: columns and rows of body2 */
+    const double t164 = t146 + t150;
+    const double t165 = t144 + t16 * hc_body2_z;
+    const double t166 = t143 + t17 * hc_body2_z;
+    const double t167 = t16 * hc_body2_x - t17 * hc_body2_y;
+    const double t168 = t164 + (t17 * (t72 - k160) + t16 * (t73 - k161));
+    C[5] = t168;
+    const double t169 = t5 * (t16 * t71 - t17 * (t68 + (k119 + t70)) - t148);
+    const double t170 = t169 - t6 * (t17 * t71 - t16 * (t68 + (k118 + t69)) - t151);
+    const double t171 = 0.144 * (t4 * t166 - t3 * t165 + k131 * t167);
+    C[1] = t170 + k92 * t168 - (t171 + 0.308 * (t2 * t166 - t1 * t165 - k162 * t167));
+    const double t172 = t19 * (t2 * hc_body2_x - t1 * hc_body2_y);
+    const double t173 = t172 - t18 * (t4 * hc_body2_x - t3 * hc_body2_y);
+    C[4] = t6 * t153 - t5 * t152 + k92 * t164 + t173;
+    /* Coriolis matrix: columns and rows of body3 */
+    const double t174 = t21 * hc_body3_z;
+    const double t175 = t22 * hc_body3_z;
+    const double t176 = t22 * hc_body3_y + t21 * hc_body3_x;
+    const double t177 = k172 * t22 + k173 * t21;
+    const double t178 = k174 * t22 + k175 * t21;
+    const double t179 = k176 * t22 - k177 * t21;
+    const double t180 = k134 * t174 - k157 * t175 + k138 * t176;
+    const double t181 = k135 * t175 - k158 * t174 + k139 * t176;
+    const double t182 = k136 * t174 + k137 * t175 - k94 * t176 + (t7 * t178 + t8 * t177);
+    C[6] = t182;
+    const double t183 = t5 * (t180 + (t9 * t178 - t8 * t179));
+    const double t184 = 0.144 * (t3 * t177 - t4 * t178 + k131 * t179);
+    const double t185 = t183 - t6 * (t181 + (t9 * t177 + t7 * t179)) + k92 * t182;
+    C[2] = t185 - (t184 + 0.308 * (t1 * t177 - t2 * t178 - k162 * t179));
+    const double t186 = k136 * t117 - k137 * t116 - (k164 * t119 + k165 * t120);
+    const double t187 = k134 * hc_body3_y + k157 * hc_body3_x + (k164 * t9 - k163 * t8);
+    const double t188 = k163 * t7 - k165 * t9 - (k158 * hc_body3_y + k135 * hc_body3_x);
+    C[9] = t186 - (t17 * t187 + t16 * t188);
+    const double t189 = t5 * (k134 * t117 + k157 * t116 + (k164 * t121 - k163 * t120));
+    const double t190 = t6 * (k158 * t117 + k135 * t116 + (k165 * t121 + k163 * t119));
+    const double t191 = t18 * (k167 - (k165 * t3 + k164 * t4));
+    C[8] = t189 + t190 + k92 * t186 - (t191 + t19 * (k166 + (k165 * t1 + k164 * t2)));
+    /* Coriolis matrix: columns and rows of body4 */
+    const double t192 = t83 + t88;
+    const double t193 = k150 * t25 + k149 * t24;
+    const double t194 = t85 + (t90 + k123 * t25);
+    const double t195 = t89 + (t92 + k122 * t24);
+    const double t196 = t94 + t192;
+    C[15] = t196;
+    const double t197 = t10 * t79 - t11 * t78 + k153 * t193;
+    const double t198 = t12 * t79 - t13 * t78 - k142 * t193;
+    const double t199 = t15 * t78 - t14 * t79 + k97 * t193;
+    C[11] = t199;
+    const double t200 = t10 * t194 + t11 * t195 - k153 * t196 - k144 * t198;
+    const double t201 = t12 * t194 + t13 * t195 + k142 * t196 + (k144 * t197 - k143 * t199);
+    const double t202 = k143 * t198 - (t14 * t194 + t15 * t195 + k97 * t196);
+    const double t203 = k134 * t197 - k157 * t198 - k138 * t199;
+    const double t204 = k135 * t198 - k158 * t197 - k139 * t199;
+    const double t205 = k136 * t197 + k137 * t198 + k94 * t199;
+    const double t206 = k134 * t200 - k157 * t201 - k138 * t202;
+    const double t207 = k135 * t201 - k158 * t200 - k139 * t202;
+    const double t208 = k136 * t200 + k137 * t201 + k94 * t202 + (t8 * t203 - t7 * t204);
+    C[7] = t208;
+    const double t209 = t5 * (t206 - (t8 * t205 + t9 * t204));
+    const double t210 = 0.144 * (t3 * t203 + t4 * t204 + k131 * t205);
+    const double t211 = t209 - t6 * (t207 + (t9 * t203 + t7 * t205)) + k92 * t208;
+    C[3] = t211 - (t210 + 0.308 * (t1 * t203 + t2 * t204 - k162 * t205));
+    const double t212 = k150 * t10 + k149 * t11;
+    const double t213 = k150 * t12 + k149 * t13;
+    const double t214 = k150 * t14 + k149 * t15;
+    const double t215 = k126 * t11 - k125 * t10 - k169 - k144 * t213;
+    const double t216 = k170 + (k126 * t13 - k125 * t12) + (k144 * t212 + k143 * t214);
+    const double t217 = k125 * t14 - k126 * t15 - k171 + k143 * t213;
+    const double t218 = t11 * t93 - t10 * t91 - k153 * t192 + (t28 * t213 - t27 * t214);
+    const double t219 = t13 * t93 - t12 * t91 + k142 * t192 + (t26 * t214 - t28 * t212);
+    const double t220 = t14 * t91 - t15 * t93 - k97 * t192 + (t26 * t213 - t27 * t212);
+    C[14] = t22 * t212 - t21 * t213;
+    const double t221 = k134 * t212 - k157 * t213 + k138 * t214;
+    const double t222 = k135 * t213 - k158 * t212 + k139 * t214;
+    const double t223 = k136 * t212 + k137 * t213 - k94 * t214;
+    const double t224 = k134 * t215 - k157 * t216 - k138 * t217;
+    const double t225 = k135 * t216 - k158 * t215 - k139 * t217;
+    const double t226 = k134 * t218 - k157 * t219 - k138 * t220;
+    const double t227 = k135 * t219 - k158 * t218 - k139 * t220;
+    const double t228 = k136 * t218 + k137 * t219 + k94 * t220 + (t119 * t222 + t120 * t221);
+    const double t229 = t17 * (t224 - (t8 * t223 + t9 * t222));
+    C[13] = t228 - (t229 + t16 * (t225 + (t9 * t221 + t7 * t223)));
+    const double t230 = t5 * (t226 - (t120 * t223 + t121 * t222));
+    const double t231 = t19 * (t1 * t221 + t2 * t222 - k162 * t223);
+    const double t232 = t230 - t6 * (t227 + (t121 * t221 - t119 * t223)) + k92 * t228;
+    C[12] = t232 + (t231 - t18 * (t3 * t221 + t4 * t222 + k131 * t223));
     /* constant entries */
     C[10] = 0.0;
 }
@@ -2580,8 +2583,8 @@ void fig1_gravity_force(const double q[4], double g[4])
     const double cos_q1 = cosines[1];
     const double sin_q3 = sines[2];
     const double cos_q3 = cosines[2];
-    const double t1 = k188 * cos_q0 + k189 * sin_q0;
-    const double t2 = k189 * cos_q0 - k188 * sin_q0;
+    const double t1 = k178 * cos_q0 + k179 * sin_q0;
+    const double t2 = k179 * cos_q0 - k178 * sin_q0;
     const double t3 = k127 * cos_q1 + k128 * sin_q1;
     const double t4 = k128 * cos_q1 - k127 * sin_q1;
     const double t5 = k129 * cos_q1 + k130 * sin_q1;
@@ -2596,9 +2599,9 @@ void fig1_gravity_force(const double q[4], double g[4])
     const double t13 = 9.81 * t1;
     const double t14 = 9.81 * t2;
     /* gravity in link axes: body2 */
-    const double t15 = t3 * t13 + t5 * t14 + k190 * (k132 * cos_q1 - k133 * sin_q1);
-    const double t16 = t4 * t13 + t6 * t14 - k190 * (k132 * sin_q1 + k133 * cos_q1);
-    const double t17 = k193 + (k192 * t2 - k191 * t1);
+    const double t15 = t3 * t13 + t5 * t14 + k180 * (k132 * cos_q1 - k133 * sin_q1);
+    const double t16 = t4 * t13 + t6 * t14 - k180 * (k132 * sin_q1 + k133 * cos_q1);
+    const double t17 = k183 + (k182 * t2 - k181 * t1);
     /* gravity in link axes: body3 */
     const double t18 = k134 * t15 - k158 * t16 + k136 * t17;
     const double t19 = k135 * t16 - k157 * t15 + k137 * t17;
@@ -2614,8 +2617,8 @@ void fig1_gravity_force(const double q[4], double g[4])
     const double t27 = t24 - 1.8 * (0.34 + k138 * q[2]) - 0.348;
     const double t28 = t25 - 1.8 * (0.13 + k139 * q[2]) - 0.066;
     /* gravity: body1 */
-    const double t29 = t13 * (k195 + (t5 * t27 + t6 * t28 + k131 * t26));
-    g[0] = t14 * (t3 * t27 + t4 * t28 - k162 * t26 - k194) - t29;
+    const double t29 = t13 * (k185 + (t5 * t27 + t6 * t28 + k131 * t26));
+    g[0] = t14 * (t3 * t27 + t4 * t28 - k162 * t26 - k184) - t29;
     /* gravity: body2 */
     g[1] = t16 * t27 - t15 * t28;
     /* gravity: body3 */
@@ -2642,7 +2645,7 @@ void fig1_passive_force(const double q[4], const double v[4], double passive[4])
 /*
  * bias_force: h = C v + gravity_force + passive_force
  * From q (4, m or rad), v (4, m/s or rad/s) to h (4, N or N.m).
- * Plan: recursive. Operations: 210 add, 260 mul, 3 sincos.
+ * Plan: recursive. Operations: 211 add, 261 mul, 3 sincos.
  */
 void fig1_bias_force(const double q[4], const double v[4], double h[4])
 {
@@ -2655,59 +2658,223 @@ void fig1_bias_force(const double q[4], const double v[4], double h[4])
     const double cos_q1 = cosines[1];
     const double sin_q3 = sines[2];
     const double cos_q3 = cosines[2];
-    const double t1 = k188 * cos_q0 + k189 * sin_q0;
-    const double t2 = k189 * cos_q0 - k188 * sin_q0;
-    const double t3 = k127 * cos_q1 + k128 * sin_q1;
-    const double t4 = k128 * cos_q1 - k127 * sin_q1;
-    const double t5 = k129 * cos_q1 + k130 * sin_q1;
-    const double t6 = k130 * cos_q1 - k129 * sin_q1;
-    const double t7 = k132 * cos_q1 - k133 * sin_q1;
-    const double t8 = k132 * sin_q1 + k133 * cos_q1;
-    const double t9 = 0.34 + k138 * q[2];
-    const double t10 = 0.13 + k139 * q[2];
-    const double t11 = 0.15 + k94 * q[2];
-    const double t12 = k140 * cos_q3 - k145 * sin_q3;
-    const double t13 = k140 * sin_q3 + k145 * cos_q3;
-    const double t14 = k141 * cos_q3 - k146 * sin_q3;
-    const double t15 = k141 * sin_q3 + k146 * cos_q3;
-    const double t16 = k147 * cos_q3 + k148 * sin_q3;
-    const double t17 = k147 * sin_q3 - k148 * cos_q3;
+    const double t1 = k178 * cos_q0 + k179 * sin_q0;
+    const double t2 = k127 * cos_q1 + k128 * sin_q1;
+    const double t3 = k128 * cos_q1 - k127 * sin_q1;
+    const double t4 = k129 * cos_q1 + k130 * sin_q1;
+    const double t5 = k130 * cos_q1 - k129 * sin_q1;
+    const double t6 = k132 * cos_q1 - k133 * sin_q1;
+    const double t7 = k132 * sin_q1 + k133 * cos_q1;
+    const double t8 = 0.34 + k138 * q[2];
+    const double t9 = 0.13 + k139 * q[2];
+    const double t10 = 0.15 + k94 * q[2];
+    const double t11 = k140 * cos_q3 - k145 * sin_q3;
+    const double t12 = k140 * sin_q3 + k145 * cos_q3;
+    const double t13 = k141 * cos_q3 - k146 * sin_q3;
+    const double t14 = k141 * sin_q3 + k146 * cos_q3;
+    const double t15 = k147 * cos_q3 + k148 * sin_q3;
+    const double t16 = k147 * sin_q3 - k148 * cos_q3;
     /* motion: body1 */
-    const double t18 = v[0] * v[0];
+    const double t17 = v[0] * v[0];
     /* motion: body2 */
-    const double w_body2_x = v[0] * t7;
-    const double t19 = v[0] * t8;
+    const double w_body2_x = v[0] * t6;
+    const double t18 = v[0] * t7;
     const double w_body2_z = v[1] + k92 * v[0];
-    const double t20 = v[1] * t19;
-    const double t21 = v[1] * w_body2_x;
-    const double t22 = 9.81 * t1 + 0.144 * t18;
-    const double t23 = 9.81 * t2 - 0.308 * t18;
-    const double a_body2_x = t3 * t22 + t5 * t23 + k190 * t7;
-    const double a_body2_y = t4 * t22 + t6 * t23 - k190 * t8;
-    const double a_body2_z = k193 + (k131 * t23 - k162 * t22);
-    const double t24 = w_body2_x * w_body2_x;
-    const double t25 = t19 * t19;
-    const double t26 = w_body2_z * w_body2_z;
-    const double t27 = w_body2_x * t19;
-    const double t28 = w_body2_x * w_body2_z;
-    const double t29 = t19 * w_body2_z;
-    const double t30 = t25 + t26;
-    const double t31 = t28 - t21;
-    const double t32 = t24 + t26;
-    const double t33 = t20 - t29;
-    const double t34 = t21 + t28;
-    const double t35 = t20 + t29;
+    const double t19 = v[1] * t18;
+    const double t20 = v[1] * w_body2_x;
+    const double t21 = 9.81 * t1 + 0.144 * t17;
+    const double t22 = 9.81 * (k179 * cos_q0 - k178 * sin_q0) - 0.308 * t17;
+    const double a_body2_x = t2 * t21 + t4 * t22 + k180 * t6;
+    const double a_body2_y = t3 * t21 + t5 * t22 - k180 * t7;
+    const double a_body2_z = k183 + (k131 * t22 - k162 * t21);
+    const double t23 = w_body2_x * w_body2_x;
+    const double t24 = t18 * t18;
+    const double t25 = w_body2_z * w_body2_z;
+    const double t26 = w_body2_x * t18;
+    const double t27 = w_body2_x * w_body2_z;
+    const double t28 = t18 * w_body2_z;
+    const double t29 = t24 + t25;
+    const double t30 = t27 - t20;
+    const double t31 = t23 + t25;
+    const double t32 = t19 - t28;
+    const double t33 = t20 + t27;
+    const double t34 = t19 + t28;
     /* motion: body3 */
-    const double w_body3_x = k134 * w_body2_x + k158 * t19 + k136 * w_body2_z;
-    const double w_body3_y = k137 * w_body2_z - (k157 * w_body2_x + k135 * t19);
-    const double w_body3_z = k139 * t19 - k138 * w_body2_x + k94 * w_body2_z;
-    const double dw_body3_x = k158 * t21 - k134 * t20;
-    const double dw_body3_y = k157 * t20 - k135 * t21;
-    const double dw_body3_z = k138 * t20 + k139 * t21;
-    const double t36 = a_body2_x + (t9 * t30 + t10 * t27 + t11 * t31);
-    const double t37 = a_body2_y + (t9 * t27 + t10 * t32 + t11 * t33);
-    const double t38 = a_body2_z + (t10 * t35 - t9 * t34 - t11 * (t24 + t25));
-    const double a_body3_z = k94 * t38 - (k138 * t36 + k139 * t37);
+    const double w_body3_x = k134 * w_body2_x + k158 * t18 + k136 * w_body2_z;
+    const double w_body3_y = k137 * w_body2_z - (k157 * w_body2_x + k135 * t18);
+    const double w_body3_z = k139 * t18 - k138 * w_body2_x + k94 * w_body2_z;
+    const double dw_body3_x = k158 * t20 - k134 * t19;
+    const double dw_body3_y = k157 * t19 - k135 * t20;
+    const double dw_body3_z = k138 * t19 + k139 * t20;
+    const double t35 = a_body2_x + (t8 * t29 + t9 * t26 + t10 * t30);
+    const double t36 = a_body2_y + (t8 * t26 + t9 * t31 + t10 * t32);
+    const double t37 = a_body2_z + (t9 * t34 - t8 * t33 - t10 * (t23 + t24));
+    const double a_body3_z = k94 * t37 - (k138 * t35 + k139 * t36);
+    const double t38 = 2.0 * v[2];
+    const double a_body3_x = k134 * t35 - k158 * t36 + k136 * t37 + w_body3_y * t38;
+    const double a_body3_y = k135 * t36 - k157 * t35 + k137 * t37 - w_body3_x * t38;
+    const double t39 = w_body3_x * w_body3_x;
+    const double t40 = w_body3_y * w_body3_y;
+    const double t41 = w_body3_z * w_body3_z;
+    const double t42 = w_body3_x * w_body3_y;
+    const double t43 = w_body3_x * w_body3_z;
+    const double t44 = w_body3_y * w_body3_z;
+    const double t45 = t40 + t41;
+    const double t46 = dw_body3_y + t43;
+    const double t47 = dw_body3_z + t42;
+    const double t48 = t44 - dw_body3_x;
+    const double t49 = t43 - dw_body3_y;
+    const double t50 = t39 + t40;
+    /* motion: body4 */
+    const double w_body4_x = t11 * w_body3_x + t13 * w_body3_y - t15 * w_body3_z;
+    const double w_body4_y = t16 * w_body3_z - (t12 * w_body3_x + t14 * w_body3_y);
+    const double dw_body4_z = k142 * dw_body3_y - k153 * dw_body3_x - k97 * dw_body3_z;
+    const double w_body4_z = v[3] + (k142 * w_body3_y - k153 * w_body3_x - k97 * w_body3_z);
+    const double t51 = t11 * dw_body3_x + t13 * dw_body3_y - t15 * dw_body3_z;
+    const double dw_body4_x = t51 + v[3] * w_body4_y;
+    const double t52 = t16 * dw_body3_z - (t12 * dw_body3_x + t14 * dw_body3_y);
+    const double dw_body4_y = t52 - v[3] * w_body4_x;
+    const double t53 = a_body3_x + (k144 * t46 - k143 * t45);
+    const double t54 = a_body3_y + (k143 * t47 + k144 * t48);
+    const double t55 = a_body3_z + (k143 * t49 - k144 * t50);
+    const double a_body4_z = k142 * t54 - k153 * t53 - k97 * t55;
+    const double t56 = w_body4_x * w_body4_x;
+    const double t57 = w_body4_y * w_body4_y;
+    const double t58 = w_body4_z * w_body4_z;
+    const double t59 = w_body4_x * w_body4_y;
+    const double t60 = w_body4_x * w_body4_z;
+    const double t61 = w_body4_y * w_body4_z;
+    const double t62 = t59 - dw_body4_z;
+    const double t63 = dw_body4_z + t59;
+    const double t64 = t60 - dw_body4_y;
+    const double t65 = dw_body4_x + t61;
+    /* force: body4 */
+    const double f_body4_x = k149 * (t57 + t58) - k150 * t62;
+    const double f_body4_y = k150 * (t56 + t58) - k149 * t63;
+    const double t66 = k149 * t64 + k150 * t65;
+    const double t67 = k125 * (t61 - dw_body4_x) + (k122 * t63 - k123 * t62);
+    const double t68 = k149 * (t16 * t55 - (t12 * t53 + t14 * t54));
+    const double t69 = k126 * (t58 - t57) + (k123 * t65 + k124 * t64 - k125 * t63);
+    const double n_body4_x = t69 - k150 * a_body4_z;
+    const double t70 = k125 * (t56 - t58) + (k126 * t62 - k122 * t64 - k124 * t65);
+    const double n_body4_y = t70 + k149 * a_body4_z;
+    const double t71 = k124 * (t57 - t56) + (t67 - k126 * (dw_body4_y + t60));
+    const double n_body4_z = t71 + (k150 * (t11 * t53 + t13 * t54 - t15 * t55) - t68);
+    h[3] = n_body4_z;
+    const double t72 = t11 * f_body4_x - t12 * f_body4_y + k153 * t66;
+    const double t73 = t13 * f_body4_x - t14 * f_body4_y - k142 * t66;
+    const double t74 = t16 * f_body4_y - t15 * f_body4_x + k97 * t66;
+    const double t75 = t11 * n_body4_x - t12 * n_body4_y - k153 * n_body4_z;
+    const double t76 = t13 * n_body4_x - t14 * n_body4_y + k142 * n_body4_z;
+    const double t77 = t16 * n_body4_y - t15 * n_body4_x - k97 * n_body4_z;
+    /* force: body3 */
+    const double t78 = k121 * t46 - (k120 * t45 + k156 * (t42 - dw_body3_z));
+    const double t79 = k120 * t47 + k156 * (t39 + t41) + k121 * t48;
+    const double t80 = k120 * t49 - k156 * (dw_body3_x + t44) - k121 * t50;
+    const double f_body3_x = t72 + (1.8 * a_body3_x + t78);
+    const double f_body3_y = t73 + (1.8 * a_body3_y + t79);
+    const double f_body3_z = t74 + (1.8 * a_body3_z + t80);
+    h[2] = f_body3_z;
+    const double n_body3_x = t75 - k144 * t73 - (k156 * a_body3_z + k121 * a_body3_y);
+    const double t81 = k121 * a_body3_x - k120 * a_body3_z;
+    const double n_body3_y = t76 + (k144 * t72 - k143 * t74) + t81;
+    const double n_body3_z = t77 + k143 * t73 + (k120 * a_body3_y + k156 * a_body3_x);
+    const double t82 = k134 * f_body3_x - k157 * f_body3_y - k138 * f_body3_z;
+    const double t83 = k135 * f_body3_y - k158 * f_body3_x - k139 * f_body3_z;
+    const double t84 = k136 * f_body3_x + k137 * f_body3_y + k94 * f_body3_z;
+    const double t85 = k134 * n_body3_x - k157 * n_body3_y - k138 * n_body3_z;
+    const double t86 = k135 * n_body3_y - k158 * n_body3_x - k139 * n_body3_z;
+    const double t87 = k136 * n_body3_x + k137 * n_body3_y + k94 * n_body3_z;
+    /* force: body2 */
+    const double t88 = k161 * (t25 - t24) + (k160 * t26 + (k119 * t34 + k159 * t33));
+    const double t89 = k161 * t26 - k118 * t33 - k159 * t34 - k160 * (t23 - t25);
+    const double t90 = k161 * t30 - (k160 * t32 + k187 * t26) - k159 * (t24 - t23);
+    const double f_body2_x = t82 + (0.348 * t29 + 0.066 * t26);
+    const double f_body2_y = t83 + (0.348 * t26 + 0.066 * t31);
+    const double f_body2_z = t84 + (0.066 * t34 - 0.348 * t33);
+    const double t91 = t90 + (0.066 * a_body2_x - 0.348 * a_body2_y);
+    const double n_body2_z = t87 + (t9 * t82 - t8 * t83) + t91;
+    h[1] = n_body2_z;
+    const double t92 = t2 * f_body2_x + t3 * f_body2_y - k162 * f_body2_z;
+    const double t93 = t4 * f_body2_x + t5 * f_body2_y + k131 * f_body2_z;
+    const double t94 = t6 * (t85 - (t9 * t84 + t10 * t83) - (t88 + 0.066 * a_body2_z));
+    const double t95 = t7 * (t86 + (t10 * t82 + t8 * t84) + (t89 + 0.348 * a_body2_z));
+    const double t96 = 0.144 * (k186 * t22 + t93) + 0.308 * (k186 * t21 + t92);
+    /* force: body1 */
+    h[0] = t94 - t95 + k92 * n_body2_z - t96 - k188 * t1;
+}
+
+/*
+ * inverse_dynamics: tau = mass_matrix a + bias_force
+ * From q (4, m or rad), v (4, m/s or rad/s), a (4, m/s^2 or rad/s^2) to tau (4, N or N.m).
+ * Plan: recursive. Operations: 225 add, 271 mul, 3 sincos.
+ */
+void fig1_inverse_dynamics(const double q[4], const double v[4], const double a[4], double tau[4])
+{
+    const double angles[4] = {q[0], q[1], q[3], 0.0};
+    double sines[4], cosines[4];
+    sines_cosines(angles, sines, cosines, 4);
+    const double sin_q0 = sines[0];
+    const double cos_q0 = cosines[0];
+    const double sin_q1 = sines[1];
+    const double cos_q1 = cosines[1];
+    const double sin_q3 = sines[2];
+    const double cos_q3 = cosines[2];
+    const double t1 = k178 * cos_q0 + k179 * sin_q0;
+    const double t2 = k127 * cos_q1 + k128 * sin_q1;
+    const double t3 = k128 * cos_q1 - k127 * sin_q1;
+    const double t4 = k129 * cos_q1 + k130 * sin_q1;
+    const double t5 = k130 * cos_q1 - k129 * sin_q1;
+    const double t6 = k132 * cos_q1 - k133 * sin_q1;
+    const double t7 = k132 * sin_q1 + k133 * cos_q1;
+    const double t8 = 0.34 + k138 * q[2];
+    const double t9 = 0.13 + k139 * q[2];
+    const double t10 = 0.15 + k94 * q[2];
+    const double t11 = k140 * cos_q3 - k145 * sin_q3;
+    const double t12 = k140 * sin_q3 + k145 * cos_q3;
+    const double t13 = k141 * cos_q3 - k146 * sin_q3;
+    const double t14 = k141 * sin_q3 + k146 * cos_q3;
+    const double t15 = k147 * cos_q3 + k148 * sin_q3;
+    const double t16 = k147 * sin_q3 - k148 * cos_q3;
+    /* motion: body1 */
+    const double t17 = v[0] * v[0];
+    /* motion: body2 */
+    const double w_body2_x = v[0] * t6;
+    const double t18 = v[0] * t7;
+    const double w_body2_z = v[1] + k92 * v[0];
+    const double dw_body2_z = a[1] + k92 * a[0];
+    const double dw_body2_x = a[0] * t6 - v[1] * t18;
+    const double t19 = a[0] * t7 + v[1] * w_body2_x;
+    const double t20 = 9.81 * t1 + (0.144 * t17 - 0.308 * a[0]);
+    const double t21 = 9.81 * (k179 * cos_q0 - k178 * sin_q0) - (0.144 * a[0] + 0.308 * t17);
+    const double a_body2_x = t2 * t20 + t4 * t21 + k180 * t6;
+    const double a_body2_y = t3 * t20 + t5 * t21 - k180 * t7;
+    const double a_body2_z = k183 + (k131 * t21 - k162 * t20);
+    const double t22 = w_body2_x * w_body2_x;
+    const double t23 = t18 * t18;
+    const double t24 = w_body2_z * w_body2_z;
+    const double t25 = w_body2_x * t18;
+    const double t26 = w_body2_x * w_body2_z;
+    const double t27 = t18 * w_body2_z;
+    const double t28 = t23 + t24;
+    const double t29 = dw_body2_z + t25;
+    const double t30 = t26 - t19;
+    const double t31 = dw_body2_z - t25;
+    const double t32 = t22 + t24;
+    const double t33 = dw_body2_x + t27;
+    const double t34 = t19 + t26;
+    const double t35 = dw_body2_x - t27;
+    /* motion: body3 */
+    const double w_body3_x = k134 * w_body2_x + k158 * t18 + k136 * w_body2_z;
+    const double w_body3_y = k137 * w_body2_z - (k157 * w_body2_x + k135 * t18);
+    const double w_body3_z = k139 * t18 - k138 * w_body2_x + k94 * w_body2_z;
+    const double dw_body3_x = k134 * dw_body2_x + k158 * t19 + k136 * dw_body2_z;
+    const double dw_body3_y = k137 * dw_body2_z - (k157 * dw_body2_x + k135 * t19);
+    const double dw_body3_z = k139 * t19 - k138 * dw_body2_x + k94 * dw_body2_z;
+    const double t36 = a_body2_x + (t8 * t28 + t9 * t29 + t10 * t30);
+    const double t37 = a_body2_y + (t9 * t32 - t8 * t31 - t10 * t33);
+    const double t38 = a_body2_z - (t8 * t34 + t9 * t35 + t10 * (t22 + t23));
+    const double a_body3_z = a[2] + (k94 * t38 - (k138 * t36 + k139 * t37));
     const double t39 = 2.0 * v[2];
     const double a_body3_x = k134 * t36 - k158 * t37 + k136 * t38 + w_body3_y * t39;
     const double a_body3_y = k135 * t37 - k157 * t36 + k137 * t38 - w_body3_x * t39;
@@ -2724,13 +2891,13 @@ void fig1_bias_force(const double q[4], const double v[4], double h[4])
     const double t50 = t44 - dw_body3_y;
     const double t51 = t40 + t41;
     /* motion: body4 */
-    const double w_body4_x = t12 * w_body3_x + t14 * w_body3_y - t16 * w_body3_z;
-    const double w_body4_y = t17 * w_body3_z - (t13 * w_body3_x + t15 * w_body3_y);
-    const double dw_body4_z = k142 * dw_body3_y - k153 * dw_body3_x - k97 * dw_body3_z;
+    const double w_body4_x = t11 * w_body3_x + t13 * w_body3_y - t15 * w_body3_z;
+    const double w_body4_y = t16 * w_body3_z - (t12 * w_body3_x + t14 * w_body3_y);
     const double w_body4_z = v[3] + (k142 * w_body3_y - k153 * w_body3_x - k97 * w_body3_z);
-    const double t52 = t12 * dw_body3_x + t14 * dw_body3_y - t16 * dw_body3_z;
+    const double dw_body4_z = a[3] + (k142 * dw_body3_y - k153 * dw_body3_x - k97 * dw_body3_z);
+    const double t52 = t11 * dw_body3_x + t13 * dw_body3_y - t15 * dw_body3_z;
     const double dw_body4_x = t52 + v[3] * w_body4_y;
-    const double t53 = t17 * dw_body3_z - (t13 * dw_body3_x + t15 * dw_body3_y);
+    const double t53 = t16 * dw_body3_z - (t12 * dw_body3_x + t14 * dw_body3_y);
     const double dw_body4_y = t53 - v[3] * w_body4_x;
     const double t54 = a_body3_x + (k144 * t47 - k143 * t46);
     const double t55 = a_body3_y + (k143 * t48 + k144 * t49);
@@ -2751,20 +2918,20 @@ void fig1_bias_force(const double q[4], const double v[4], double h[4])
     const double f_body4_y = k150 * (t57 + t59) - k149 * t64;
     const double t67 = k149 * t65 + k150 * t66;
     const double t68 = k125 * (t62 - dw_body4_x) + (k122 * t64 - k123 * t63);
-    const double t69 = k149 * (t17 * t56 - (t13 * t54 + t15 * t55));
+    const double t69 = k149 * (t16 * t56 - (t12 * t54 + t14 * t55));
     const double t70 = k126 * (t59 - t58) + (k123 * t66 + k124 * t65 - k125 * t64);
     const double n_body4_x = t70 - k150 * a_body4_z;
     const double t71 = k125 * (t57 - t59) + (k126 * t63 - k122 * t65 - k124 * t66);
     const double n_body4_y = t71 + k149 * a_body4_z;
     const double t72 = k124 * (t58 - t57) + (t68 - k126 * (dw_body4_y + t61));
-    const double n_body4_z = t72 + (k150 * (t12 * t54 + t14 * t55 - t16 * t56) - t69);
-    h[3] = n_body4_z;
-    const double t73 = t12 * f_body4_x - t13 * f_body4_y + k153 * t67;
-    const double t74 = t14 * f_body4_x - t15 * f_body4_y - k142 * t67;
-    const double t75 = t17 * f_body4_y - t16 * f_body4_x + k97 * t67;
-    const double t76 = t12 * n_body4_x - t13 * n_body4_y - k153 * n_body4_z;
-    const double t77 = t14 * n_body4_x - t15 * n_body4_y + k142 * n_body4_z;
-    const double t78 = t17 * n_body4_y - t16 * n_body4_x - k97 * n_body4_z;
+    const double n_body4_z = t72 + (k150 * (t11 * t54 + t13 * t55 - t15 * t56) - t69);
+    tau[3] = n_body4_z;
+    const double t73 = t11 * f_body4_x - t12 * f_body4_y + k153 * t67;
+    const double t74 = t13 * f_body4_x - t14 * f_body4_y - k142 * t67;
+    const double t75 = t16 * f_body4_y - t15 * f_body4_x + k97 * t67;
+    const double t76 = t11 * n_body4_x - t12 * n_body4_y - k153 * n_body4_z;
+    const double t77 = t13 * n_body4_x - t14 * n_body4_y + k142 * n_body4_z;
+    const double t78 = t16 * n_body4_y - t15 * n_body4_x - k97 * n_body4_z;
     /* force: body3 */
     const double t79 = k121 * t47 - (k120 * t46 + k156 * (t43 - dw_body3_z));
     const double t80 = k120 * t48 + k156 * (t40 + t42) + k121 * t49;
@@ -2772,7 +2939,7 @@ void fig1_bias_force(const double q[4], const double v[4], double h[4])
     const double f_body3_x = t73 + (1.8 * a_body3_x + t79);
     const double f_body3_y = t74 + (1.8 * a_body3_y + t80);
     const double f_body3_z = t75 + (1.8 * a_body3_z + t81);
-    h[2] = f_body3_z;
+    tau[2] = f_body3_z;
     const double n_body3_x = t76 - k144 * t74 - (k156 * a_body3_z + k121 * a_body3_y);
     const double t82 = k121 * a_body3_x - k120 * a_body3_z;
     const double n_body3_y = t77 + (k144 * t73 - k143 * t75) + t82;
@@ -2784,193 +2951,28 @@ void fig1_bias_force(const double q[4], const double v[4], double h[4])
     const double t87 = k135 * n_body3_y - k158 * n_body3_x - k139 * n_body3_z;
     const double t88 = k136 * n_body3_x + k137 * n_body3_y + k94 * n_body3_z;
     /* force: body2 */
-    const double t89 = k161 * (t26 - t25) + (k160 * t27 + (k119 * t35 + k159 * t34));
-    const double t90 = k161 * t27 - k118 * t34 - k159 * t35 - k160 * (t24 - t26);
-    const double t91 = k161 * t31 - (k160 * t33 + k196 * t27) - k159 * (t25 - t24);
-    const double f_body2_x = t83 + (0.348 * t30 + 0.066 * t27);
-    const double f_body2_y = t84 + (0.348 * t27 + 0.066 * t32);
-    const double f_body2_z = t85 + (0.066 * t35 - 0.348 * t34);
-    const double t92 = t91 + (0.066 * a_body2_x - 0.348 * a_body2_y);
-    const double n_body2_z = t88 + (t10 * t83 - t9 * t84) + t92;
-    h[1] = n_body2_z;
-    const double n_body2_x = t86 - (t10 * t85 + t11 * t84) - (t89 + 0.066 * a_body2_z);
-    const double t93 = t8 * (t87 + (t11 * t83 + t9 * t85) + (t90 + 0.348 * a_body2_z));
-    const double t94 = 0.144 * (t5 * f_body2_x + t6 * f_body2_y + k131 * f_body2_z);
-    const double t95 = 0.308 * (t3 * f_body2_x + t4 * f_body2_y - k162 * f_body2_z);
-    /* force: body1 */
-    h[0] = t7 * n_body2_x - t93 + k92 * n_body2_z - (t94 + t95) - (k197 * t2 + k198 * t1);
-}
-
-/*
- * inverse_dynamics: tau = mass_matrix a + bias_force
- * From q (4, m or rad), v (4, m/s or rad/s), a (4, m/s^2 or rad/s^2) to tau (4, N or N.m).
- * Plan: recursive. Operations: 224 add, 270 mul, 3 sincos.
- */
-void fig1_inverse_dynamics(const double q[4], const double v[4], const double a[4], double tau[4])
-{
-    const double angles[4] = {q[0], q[1], q[3], 0.0};
-    double sines[4], cosines[4];
-    sines_cosines(angles, sines, cosines, 4);
-    const double sin_q0 = sines[0];
-    const double cos_q0 = cosines[0];
-    const double sin_q1 = sines[1];
-    const double cos_q1 = cosines[1];
-    const double sin_q3 = sines[2];
-    const double cos_q3 = cosines[2];
-    const double t1 = k188 * cos_q0 + k189 * sin_q0;
-    const double t2 = k189 * cos_q0 - k188 * sin_q0;
-    const double t3 = k127 * cos_q1 + k128 * sin_q1;
-    const double t4 = k128 * cos_q1 - k127 * sin_q1;
-    const double t5 = k129 * cos_q1 + k130 * sin_q1;
-    const double t6 = k130 * cos_q1 - k129 * sin_q1;
-    const double t7 = k132 * cos_q1 - k133 * sin_q1;
-    const double t8 = k132 * sin_q1 + k133 * cos_q1;
-    const double t9 = 0.34 + k138 * q[2];
-    const double t10 = 0.13 + k139 * q[2];
-    const double t11 = 0.15 + k94 * q[2];
-    const double t12 = k140 * cos_q3 - k145 * sin_q3;
-    const double t13 = k140 * sin_q3 + k145 * cos_q3;
-    const double t14 = k141 * cos_q3 - k146 * sin_q3;
-    const double t15 = k141 * sin_q3 + k146 * cos_q3;
-    const double t16 = k147 * cos_q3 + k148 * sin_q3;
-    const double t17 = k147 * sin_q3 - k148 * cos_q3;
-    /* motion: body1 */
-    const double t18 = v[0] * v[0];
-    /* motion: body2 */
-    const double w_body2_x = v[0] * t7;
-    const double t19 = v[0] * t8;
-    const double w_body2_z = v[1] + k92 * v[0];
-    const double dw_body2_z = a[1] + k92 * a[0];
-    const double dw_body2_x = a[0] * t7 - v[1] * t19;
-    const double t20 = a[0] * t8 + v[1] * w_body2_x;
-    const double t21 = 9.81 * t1 + (0.144 * t18 - 0.308 * a[0]);
-    const double t22 = 9.81 * t2 - (0.144 * a[0] + 0.308 * t18);
-    const double a_body2_x = t3 * t21 + t5 * t22 + k190 * t7;
-    const double a_body2_y = t4 * t21 + t6 * t22 - k190 * t8;
-    const double a_body2_z = k193 + (k131 * t22 - k162 * t21);
-    const double t23 = w_body2_x * w_body2_x;
-    const double t24 = t19 * t19;
-    const double t25 = w_body2_z * w_body2_z;
-    const double t26 = w_body2_x * t19;
-    const double t27 = w_body2_x * w_body2_z;
-    const double t28 = t19 * w_body2_z;
-    const double t29 = t24 + t25;
-    const double t30 = dw_body2_z + t26;
-    const double t31 = t27 - t20;
-    const double t32 = dw_body2_z - t26;
-    const double t33 = t23 + t25;
-    const double t34 = dw_body2_x + t28;
-    const double t35 = t20 + t27;
-    const double t36 = dw_body2_x - t28;
-    /* motion: body3 */
-    const double w_body3_x = k134 * w_body2_x + k158 * t19 + k136 * w_body2_z;
-    const double w_body3_y = k137 * w_body2_z - (k157 * w_body2_x + k135 * t19);
-    const double w_body3_z = k139 * t19 - k138 * w_body2_x + k94 * w_body2_z;
-    const double dw_body3_x = k134 * dw_body2_x + k158 * t20 + k136 * dw_body2_z;
-    const double dw_body3_y = k137 * dw_body2_z - (k157 * dw_body2_x + k135 * t20);
-    const double dw_body3_z = k139 * t20 - k138 * dw_body2_x + k94 * dw_body2_z;
-    const double t37 = a_body2_x + (t9 * t29 + t10 * t30 + t11 * t31);
-    const double t38 = a_body2_y + (t10 * t33 - t9 * t32 - t11 * t34);
-    const double t39 = a_body2_z - (t9 * t35 + t10 * t36 + t11 * (t23 + t24));
-    const double a_body3_z = a[2] + (k94 * t39 - (k138 * t37 + k139 * t38));
-    const double t40 = 2.0 * v[2];
-    const double a_body3_x = k134 * t37 - k158 * t38 + k136 * t39 + w_body3_y * t40;
-    const double a_body3_y = k135 * t38 - k157 * t37 + k137 * t39 - w_body3_x * t40;
-    const double t41 = w_body3_x * w_body3_x;
-    const double t42 = w_body3_y * w_body3_y;
-    const double t43 = w_body3_z * w_body3_z;
-    const double t44 = w_body3_x * w_body3_y;
-    const double t45 = w_body3_x * w_body3_z;
-    const double t46 = w_body3_y * w_body3_z;
-    const double t47 = t42 + t43;
-    const double t48 = dw_body3_y + t45;
-    const double t49 = dw_body3_z + t44;
-    const double t50 = t46 - dw_body3_x;
-    const double t51 = t45 - dw_body3_y;
-    const double t52 = t41 + t42;
-    /* motion: body4 */
-    const double w_body4_x = t12 * w_body3_x + t14 * w_body3_y - t16 * w_body3_z;
-    const double w_body4_y = t17 * w_body3_z - (t13 * w_body3_x + t15 * w_body3_y);
-    const double w_body4_z = v[3] + (k142 * w_body3_y - k153 * w_body3_x - k97 * w_body3_z);
-    const double dw_body4_z = a[3] + (k142 * dw_body3_y - k153 * dw_body3_x - k97 * dw_body3_z);
-    const double t53 = t12 * dw_body3_x + t14 * dw_body3_y - t16 * dw_body3_z;
-    const double dw_body4_x = t53 + v[3] * w_body4_y;
-    const double t54 = t17 * dw_body3_z - (t13 * dw_body3_x + t15 * dw_body3_y);
-    const double dw_body4_y = t54 - v[3] * w_body4_x;
-    const double t55 = a_body3_x + (k144 * t48 - k143 * t47);
-    const double t56 = a_body3_y + (k143 * t49 + k144 * t50);
-    const double t57 = a_body3_z + (k143 * t51 - k144 * t52);
-    const double a_body4_z = k142 * t56 - k153 * t55 - k97 * t57;
-    const double t58 = w_body4_x * w_body4_x;
-    const double t59 = w_body4_y * w_body4_y;
-    const double t60 = w_body4_z * w_body4_z;
-    const double t61 = w_body4_x * w_body4_y;
-    const double t62 = w_body4_x * w_body4_z;
-    const double t63 = w_body4_y * w_body4_z;
-    const double t64 = t61 - dw_body4_z;
-    const double t65 = dw_body4_z + t61;
-    const double t66 = t62 - dw_body4_y;
-    const double t67 = dw_body4_x + t63;
-    /* force: body4 */
-    const double f_body4_x = k149 * (t59 + t60) - k150 * t64;
-    const double f_body4_y = k150 * (t58 + t60) - k149 * t65;
-    const double t68 = k149 * t66 + k150 * t67;
-    const double t69 = k125 * (t63 - dw_body4_x) + (k122 * t65 - k123 * t64);
-    const double t70 = k149 * (t17 * t57 - (t13 * t55 + t15 * t56));
-    const double t71 = k126 * (t60 - t59) + (k123 * t67 + k124 * t66 - k125 * t65);
-    const double n_body4_x = t71 - k150 * a_body4_z;
-    const double t72 = k125 * (t58 - t60) + (k126 * t64 - k122 * t66 - k124 * t67);
-    const double n_body4_y = t72 + k149 * a_body4_z;
-    const double t73 = k124 * (t59 - t58) + (t69 - k126 * (dw_body4_y + t62));
-    const double n_body4_z = t73 + (k150 * (t12 * t55 + t14 * t56 - t16 * t57) - t70);
-    tau[3] = n_body4_z;
-    const double t74 = t12 * f_body4_x - t13 * f_body4_y + k153 * t68;
-    const double t75 = t14 * f_body4_x - t15 * f_body4_y - k142 * t68;
-    const double t76 = t17 * f_body4_y - t16 * f_body4_x + k97 * t68;
-    const double t77 = t12 * n_body4_x - t13 * n_body4_y - k153 * n_body4_z;
-    const double t78 = t14 * n_body4_x - t15 * n_body4_y + k142 * n_body4_z;
-    const double t79 = t17 * n_body4_y - t16 * n_body4_x - k97 * n_body4_z;
-    /* force: body3 */
-    const double t80 = k121 * t48 - (k120 * t47 + k156 * (t44 - dw_body3_z));
-    const double t81 = k120 * t49 + k156 * (t41 + t43) + k121 * t50;
-    const double t82 = k120 * t51 - k156 * (dw_body3_x + t46) - k121 * t52;
-    const double f_body3_x = t74 + (1.8 * a_body3_x + t80);
-    const double f_body3_y = t75 + (1.8 * a_body3_y + t81);
-    const double f_body3_z = t76 + (1.8 * a_body3_z + t82);
-    tau[2] = f_body3_z;
-    const double n_body3_x = t77 - k144 * t75 - (k156 * a_body3_z + k121 * a_body3_y);
-    const double t83 = k121 * a_body3_x - k120 * a_body3_z;
-    const double n_body3_y = t78 + (k144 * t74 - k143 * t76) + t83;
-    const double n_body3_z = t79 + k143 * t75 + (k120 * a_body3_y + k156 * a_body3_x);
-    const double t84 = k134 * f_body3_x - k157 * f_body3_y - k138 * f_body3_z;
-    const double t85 = k135 * f_body3_y - k158 * f_body3_x - k139 * f_body3_z;
-    const double t86 = k136 * f_body3_x + k137 * f_body3_y + k94 * f_body3_z;
-    const double t87 = k134 * n_body3_x - k157 * n_body3_y - k138 * n_body3_z;
-    const double t88 = k135 * n_body3_y - k158 * n_body3_x - k139 * n_body3_z;
-    const double t89 = k136 * n_body3_x + k137 * n_body3_y + k94 * n_body3_z;
-    /* force: body2 */
-    const double t90 = k161 * t31 + (k160 * t34 + (k118 * t32 + k119 * t30));
-    const double t91 = k160 * t32 + (k119 * t36 - k159 * t35) - k161 * (t25 - t24);
-    const double t92 = k159 * t36 + (k161 * t30 - k118 * t35) - k160 * (t23 - t25);
-    const double t93 = 0.066 * a_body2_x - 0.348 * a_body2_y;
-    const double f_body2_x = t84 + (0.348 * t29 + 0.066 * t30);
-    const double f_body2_y = t85 + (0.066 * t33 - 0.348 * t32);
-    const double f_body2_z = t86 - (0.348 * t35 + 0.066 * t36);
-    const double n_body2_z = t89 + (t10 * t84 - t9 * t85) + (t90 - k159 * (t24 - t23) + t93);
+    const double t89 = k161 * t30 + (k160 * t33 + (k118 * t31 + k119 * t29));
+    const double t90 = k160 * t31 + (k119 * t35 - k159 * t34) - k161 * (t24 - t23);
+    const double t91 = k159 * t35 + (k161 * t29 - k118 * t34) - k160 * (t22 - t24);
+    const double t92 = 0.066 * a_body2_x - 0.348 * a_body2_y;
+    const double f_body2_x = t83 + (0.348 * t28 + 0.066 * t29);
+    const double f_body2_y = t84 + (0.066 * t32 - 0.348 * t31);
+    const double f_body2_z = t85 - (0.348 * t34 + 0.066 * t35);
+    const double n_body2_z = t88 + (t9 * t83 - t8 * t84) + (t89 - k159 * (t23 - t22) + t92);
     tau[1] = n_body2_z;
-    const double n_body2_x = t87 - (t10 * t86 + t11 * t85) + (t91 - 0.066 * a_body2_z);
-    const double t94 = t8 * (t88 + (t11 * t84 + t9 * t86) + (t92 + 0.348 * a_body2_z));
-    const double t95 = 0.144 * (t5 * f_body2_x + t6 * f_body2_y + k131 * f_body2_z);
-    const double t96 = 0.308 * (t3 * f_body2_x + t4 * f_body2_y - k162 * f_body2_z);
+    const double t93 = t2 * f_body2_x + t3 * f_body2_y - k162 * f_body2_z;
+    const double t94 = t4 * f_body2_x + t5 * f_body2_y + k131 * f_body2_z;
+    const double t95 = t6 * (t86 - (t9 * t85 + t10 * t84) + (t90 - 0.066 * a_body2_z));
+    const double t96 = t7 * (t87 + (t10 * t83 + t8 * t85) + (t91 + 0.348 * a_body2_z));
+    const double t97 = 0.144 * (k186 * t21 + t94) + 0.308 * (k186 * t20 + t93);
     /* force: body1 */
-    const double t97 = t7 * n_body2_x - t94 + k92 * n_body2_z - (t95 + t96);
-    tau[0] = t97 + (k199 * a[0] - (k197 * t2 + k198 * t1));
+    tau[0] = t95 - t96 + k92 * n_body2_z - t97 + (k189 * a[0] - k188 * t1);
 }
 
 /*
  * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (4, m or rad), v (4, m/s or rad/s), tau (4, N or N.m) to a (4, m/s^2 or rad/s^2).
- * Plan: factored. Operations: 438 add, 542 mul, 3 div, 3 sincos.
+ * Plan: factored. Operations: 439 add, 543 mul, 3 div, 3 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
  */
 void fig1_forward_dynamics(const double q[4], const double v[4], const double tau[4], double a[4])
@@ -2984,152 +2986,150 @@ void fig1_forward_dynamics(const double q[4], const double v[4], const double ta
     const double cos_q1 = cosines[1];
     const double sin_q3 = sines[2];
     const double cos_q3 = cosines[2];
-    const double t1 = k188 * cos_q0 + k189 * sin_q0;
-    const double t2 = k189 * cos_q0 - k188 * sin_q0;
-    const double t3 = k127 * cos_q1 + k128 * sin_q1;
-    const double t4 = k128 * cos_q1 - k127 * sin_q1;
-    const double t5 = k129 * cos_q1 + k130 * sin_q1;
-    const double t6 = k130 * cos_q1 - k129 * sin_q1;
-    const double t7 = k132 * cos_q1 - k133 * sin_q1;
-    const double t8 = k132 * sin_q1 + k133 * cos_q1;
-    const double t9 = 0.34 + k138 * q[2];
-    const double t10 = 0.13 + k139 * q[2];
-    const double t11 = 0.15 + k94 * q[2];
-    const double t12 = k140 * cos_q3 - k145 * sin_q3;
-    const double t13 = k140 * sin_q3 + k145 * cos_q3;
-    const double t14 = k141 * cos_q3 - k146 * sin_q3;
-    const double t15 = k141 * sin_q3 + k146 * cos_q3;
-    const double t16 = k147 * cos_q3 + k148 * sin_q3;
-    const double t17 = k147 * sin_q3 - k148 * cos_q3;
+    const double t1 = k178 * cos_q0 + k179 * sin_q0;
+    const double t2 = k127 * cos_q1 + k128 * sin_q1;
+    const double t3 = k128 * cos_q1 - k127 * sin_q1;
+    const double t4 = k129 * cos_q1 + k130 * sin_q1;
+    const double t5 = k130 * cos_q1 - k129 * sin_q1;
+    const double t6 = k132 * cos_q1 - k133 * sin_q1;
+    const double t7 = k132 * sin_q1 + k133 * cos_q1;
+    const double t8 = 0.34 + k138 * q[2];
+    const double t9 = 0.13 + k139 * q[2];
+    const double t10 = 0.15 + k94 * q[2];
+    const double t11 = k140 * cos_q3 - k145 * sin_q3;
+    const double t12 = k140 * sin_q3 + k145 * cos_q3;
+    const double t13 = k141 * cos_q3 - k146 * sin_q3;
+    const double t14 = k141 * sin_q3 + k146 * cos_q3;
+    const double t15 = k147 * cos_q3 + k148 * sin_q3;
+    const double t16 = k147 * sin_q3 - k148 * cos_q3;
     /* motion: body1 */
-    const double t18 = v[0] * v[0];
+    const double t17 = v[0] * v[0];
     /* motion: body2 */
-    const double w_body2_x = v[0] * t7;
-    const double t19 = v[0] * t8;
+    const double w_body2_x = v[0] * t6;
+    const double t18 = v[0] * t7;
     const double w_body2_z = v[1] + k92 * v[0];
-    const double t20 = v[1] * t19;
-    const double t21 = v[1] * w_body2_x;
-    const double t22 = 9.81 * t1 + 0.144 * t18;
-    const double t23 = 9.81 * t2 - 0.308 * t18;
-    const double a_body2_x = t3 * t22 + t5 * t23 + k190 * t7;
-    const double a_body2_y = t4 * t22 + t6 * t23 - k190 * t8;
-    const double a_body2_z = k193 + (k131 * t23 - k162 * t22);
-    const double t24 = w_body2_x * w_body2_x;
-    const double t25 = t19 * t19;
-    const double t26 = w_body2_z * w_body2_z;
-    const double t27 = w_body2_x * t19;
-    const double t28 = w_body2_x * w_body2_z;
-    const double t29 = t19 * w_body2_z;
-    const double t30 = t25 + t26;
-    const double t31 = t28 - t21;
-    const double t32 = t24 + t26;
-    const double t33 = t20 - t29;
-    const double t34 = t21 + t28;
-    const double t35 = t20 + t29;
+    const double t19 = v[1] * t18;
+    const double t20 = v[1] * w_body2_x;
+    const double t21 = 9.81 * t1 + 0.144 * t17;
+    const double t22 = 9.81 * (k179 * cos_q0 - k178 * sin_q0) - 0.308 * t17;
+    const double a_body2_x = t2 * t21 + t4 * t22 + k180 * t6;
+    const double a_body2_y = t3 * t21 + t5 * t22 - k180 * t7;
+    const double a_body2_z = k183 + (k131 * t22 - k162 * t21);
+    const double t23 = w_body2_x * w_body2_x;
+    const double t24 = t18 * t18;
+    const double t25 = w_body2_z * w_body2_z;
+    const double t26 = w_body2_x * t18;
+    const double t27 = w_body2_x * w_body2_z;
+    const double t28 = t18 * w_body2_z;
+    const double t29 = t24 + t25;
+    const double t30 = t27 - t20;
+    const double t31 = t23 + t25;
+    const double t32 = t19 - t28;
+    const double t33 = t20 + t27;
+    const double t34 = t19 + t28;
     /* motion: body3 */
-    const double w_body3_x = k134 * w_body2_x + k158 * t19 + k136 * w_body2_z;
-    const double w_body3_y = k137 * w_body2_z - (k157 * w_body2_x + k135 * t19);
-    const double w_body3_z = k139 * t19 - k138 * w_body2_x + k94 * w_body2_z;
-    const double dw_body3_x = k158 * t21 - k134 * t20;
-    const double dw_body3_y = k157 * t20 - k135 * t21;
-    const double dw_body3_z = k138 * t20 + k139 * t21;
-    const double t36 = a_body2_x + (t9 * t30 + t10 * t27 + t11 * t31);
-    const double t37 = a_body2_y + (t9 * t27 + t10 * t32 + t11 * t33);
-    const double t38 = a_body2_z + (t10 * t35 - t9 * t34 - t11 * (t24 + t25));
-    const double a_body3_z = k94 * t38 - (k138 * t36 + k139 * t37);
-    const double t39 = 2.0 * v[2];
-    const double a_body3_x = k134 * t36 - k158 * t37 + k136 * t38 + w_body3_y * t39;
-    const double a_body3_y = k135 * t37 - k157 * t36 + k137 * t38 - w_body3_x * t39;
-    const double t40 = w_body3_x * w_body3_x;
-    const double t41 = w_body3_y * w_body3_y;
-    const double t42 = w_body3_z * w_body3_z;
-    const double t43 = w_body3_x * w_body3_y;
-    const double t44 = w_body3_x * w_body3_z;
-    const double t45 = w_body3_y * w_body3_z;
-    const double t46 = t41 + t42;
-    const double t47 = dw_body3_y + t44;
-    const double t48 = dw_body3_z + t43;
-    const double t49 = t45 - dw_body3_x;
-    const double t50 = t44 - dw_body3_y;
-    const double t51 = t40 + t41;
+    const double w_body3_x = k134 * w_body2_x + k158 * t18 + k136 * w_body2_z;
+    const double w_body3_y = k137 * w_body2_z - (k157 * w_body2_x + k135 * t18);
+    const double w_body3_z = k139 * t18 - k138 * w_body2_x + k94 * w_body2_z;
+    const double dw_body3_x = k158 * t20 - k134 * t19;
+    const double dw_body3_y = k157 * t19 - k135 * t20;
+    const double dw_body3_z = k138 * t19 + k139 * t20;
+    const double t35 = a_body2_x + (t8 * t29 + t9 * t26 + t10 * t30);
+    const double t36 = a_body2_y + (t8 * t26 + t9 * t31 + t10 * t32);
+    const double t37 = a_body2_z + (t9 * t34 - t8 * t33 - t10 * (t23 + t24));
+    const double a_body3_z = k94 * t37 - (k138 * t35 + k139 * t36);
+    const double t38 = 2.0 * v[2];
+    const double a_body3_x = k134 * t35 - k158 * t36 + k136 * t37 + w_body3_y * t38;
+    const double a_body3_y = k135 * t36 - k157 * t35 + k137 * t37 - w_body3_x * t38;
+    const double t39 = w_body3_x * w_body3_x;
+    const double t40 = w_body3_y * w_body3_y;
+    const double t41 = w_body3_z * w_body3_z;
+    const double t42 = w_body3_x * w_body3_y;
+    const double t43 = w_body3_x * w_body3_z;
+    const double t44 = w_body3_y * w_body3_z;
+    const double t45 = t40 + t41;
+    const double t46 = dw_body3_y + t43;
+    const double t47 = dw_body3_z + t42;
+    const double t48 = t44 - dw_body3_x;
+    const double t49 = t43 - dw_body3_y;
+    const double t50 = t39 + t40;
     /* motion: body4 */
-    const double w_body4_x = t12 * w_body3_x + t14 * w_body3_y - t16 * w_body3_z;
-    const double w_body4_y = t17 * w_body3_z - (t13 * w_body3_x + t15 * w_body3_y);
+    const double w_body4_x = t11 * w_body3_x + t13 * w_body3_y - t15 * w_body3_z;
+    const double w_body4_y = t16 * w_body3_z - (t12 * w_body3_x + t14 * w_body3_y);
     const double dw_body4_z = k142 * dw_body3_y - k153 * dw_body3_x - k97 * dw_body3_z;
     const double w_body4_z = v[3] + (k142 * w_body3_y - k153 * w_body3_x - k97 * w_body3_z);
-    const double t52 = t12 * dw_body3_x + t14 * dw_body3_y - t16 * dw_body3_z;
-    const double dw_body4_x = t52 + v[3] * w_body4_y;
-    const double t53 = t17 * dw_body3_z - (t13 * dw_body3_x + t15 * dw_body3_y);
-    const double dw_body4_y = t53 - v[3] * w_body4_x;
-    const double t54 = a_body3_x + (k144 * t47 - k143 * t46);
-    const double t55 = a_body3_y + (k143 * t48 + k144 * t49);
-    const double t56 = a_body3_z + (k143 * t50 - k144 * t51);
-    const double a_body4_z = k142 * t55 - k153 * t54 - k97 * t56;
-    const double t57 = w_body4_x * w_body4_x;
-    const double t58 = w_body4_y * w_body4_y;
-    const double t59 = w_body4_z * w_body4_z;
-    const double t60 = w_body4_x * w_body4_y;
-    const double t61 = w_body4_x * w_body4_z;
-    const double t62 = w_body4_y * w_body4_z;
-    const double t63 = t60 - dw_body4_z;
-    const double t64 = dw_body4_z + t60;
-    const double t65 = t61 - dw_body4_y;
-    const double t66 = dw_body4_x + t62;
+    const double t51 = t11 * dw_body3_x + t13 * dw_body3_y - t15 * dw_body3_z;
+    const double dw_body4_x = t51 + v[3] * w_body4_y;
+    const double t52 = t16 * dw_body3_z - (t12 * dw_body3_x + t14 * dw_body3_y);
+    const double dw_body4_y = t52 - v[3] * w_body4_x;
+    const double t53 = a_body3_x + (k144 * t46 - k143 * t45);
+    const double t54 = a_body3_y + (k143 * t47 + k144 * t48);
+    const double t55 = a_body3_z + (k143 * t49 - k144 * t50);
+    const double a_body4_z = k142 * t54 - k153 * t53 - k97 * t55;
+    const double t56 = w_body4_x * w_body4_x;
+    const double t57 = w_body4_y * w_body4_y;
+    const double t58 = w_body4_z * w_body4_z;
+    const double t59 = w_body4_x * w_body4_y;
+    const double t60 = w_body4_x * w_body4_z;
+    const double t61 = w_body4_y * w_body4_z;
+    const double t62 = t59 - dw_body4_z;
+    const double t63 = dw_body4_z + t59;
+    const double t64 = t60 - dw_body4_y;
+    const double t65 = dw_body4_x + t61;
     /* force: body4 */
-    const double f_body4_x = k149 * (t58 + t59) - k150 * t63;
-    const double f_body4_y = k150 * (t57 + t59) - k149 * t64;
-    const double t67 = k149 * t65 + k150 * t66;
-    const double t68 = k125 * (t62 - dw_body4_x) + (k122 * t64 - k123 * t63);
-    const double t69 = k149 * (t17 * t56 - (t13 * t54 + t15 * t55));
-    const double t70 = k126 * (t59 - t58) + (k123 * t66 + k124 * t65 - k125 * t64);
-    const double n_body4_x = t70 - k150 * a_body4_z;
-    const double t71 = k125 * (t57 - t59) + (k126 * t63 - k122 * t65 - k124 * t66);
-    const double n_body4_y = t71 + k149 * a_body4_z;
-    const double t72 = k124 * (t58 - t57) + (t68 - k126 * (dw_body4_y + t61));
-    const double n_body4_z = t72 + (k150 * (t12 * t54 + t14 * t55 - t16 * t56) - t69);
-    const double t73 = t12 * f_body4_x - t13 * f_body4_y + k153 * t67;
-    const double t74 = t14 * f_body4_x - t15 * f_body4_y - k142 * t67;
-    const double t75 = t17 * f_body4_y - t16 * f_body4_x + k97 * t67;
-    const double t76 = t12 * n_body4_x - t13 * n_body4_y - k153 * n_body4_z;
-    const double t77 = t14 * n_body4_x - t15 * n_body4_y + k142 * n_body4_z;
-    const double t78 = t17 * n_body4_y - t16 * n_body4_x - k97 * n_body4_z;
+    const double f_body4_x = k149 * (t57 + t58) - k150 * t62;
+    const double f_body4_y = k150 * (t56 + t58) - k149 * t63;
+    const double t66 = k149 * t64 + k150 * t65;
+    const double t67 = k125 * (t61 - dw_body4_x) + (k122 * t63 - k123 * t62);
+    const double t68 = k149 * (t16 * t55 - (t12 * t53 + t14 * t54));
+    const double t69 = k126 * (t58 - t57) + (k123 * t65 + k124 * t64 - k125 * t63);
+    const double n_body4_x = t69 - k150 * a_body4_z;
+    const double t70 = k125 * (t56 - t58) + (k126 * t62 - k122 * t64 - k124 * t65);
+    const double n_body4_y = t70 + k149 * a_body4_z;
+    const double t71 = k124 * (t57 - t56) + (t67 - k126 * (dw_body4_y + t60));
+    const double n_body4_z = t71 + (k150 * (t11 * t53 + t13 * t54 - t15 * t55) - t68);
+    const double t72 = t11 * f_body4_x - t12 * f_body4_y + k153 * t66;
+    const double t73 = t13 * f_body4_x - t14 * f_body4_y - k142 * t66;
+    const double t74 = t16 * f_body4_y - t15 * f_body4_x + k97 * t66;
+    const double t75 = t11 * n_body4_x - t12 * n_body4_y - k153 * n_body4_z;
+    const double t76 = t13 * n_body4_x - t14 * n_body4_y + k142 * n_body4_z;
+    const double t77 = t16 * n_body4_y - t15 * n_body4_x - k97 * n_body4_z;
     /* force: body3 */
-    const double t79 = k121 * t47 - (k120 * t46 + k156 * (t43 - dw_body3_z));
-    const double t80 = k120 * t48 + k156 * (t40 + t42) + k121 * t49;
-    const double t81 = k120 * t50 - k156 * (dw_body3_x + t45) - k121 * t51;
-    const double f_body3_x = t73 + (1.8 * a_body3_x + t79);
-    const double f_body3_y = t74 + (1.8 * a_body3_y + t80);
-    const double f_body3_z = t75 + (1.8 * a_body3_z + t81);
-    const double n_body3_x = t76 - k144 * t74 - (k156 * a_body3_z + k121 * a_body3_y);
-    const double t82 = k121 * a_body3_x - k120 * a_body3_z;
-    const double n_body3_y = t77 + (k144 * t73 - k143 * t75) + t82;
-    const double n_body3_z = t78 + k143 * t74 + (k120 * a_body3_y + k156 * a_body3_x);
-    const double t83 = k134 * f_body3_x - k157 * f_body3_y - k138 * f_body3_z;
-    const double t84 = k135 * f_body3_y - k158 * f_body3_x - k139 * f_body3_z;
-    const double t85 = k136 * f_body3_x + k137 * f_body3_y + k94 * f_body3_z;
-    const double t86 = k134 * n_body3_x - k157 * n_body3_y - k138 * n_body3_z;
-    const double t87 = k135 * n_body3_y - k158 * n_body3_x - k139 * n_body3_z;
-    const double t88 = k136 * n_body3_x + k137 * n_body3_y + k94 * n_body3_z;
+    const double t78 = k121 * t46 - (k120 * t45 + k156 * (t42 - dw_body3_z));
+    const double t79 = k120 * t47 + k156 * (t39 + t41) + k121 * t48;
+    const double t80 = k120 * t49 - k156 * (dw_body3_x + t44) - k121 * t50;
+    const double f_body3_x = t72 + (1.8 * a_body3_x + t78);
+    const double f_body3_y = t73 + (1.8 * a_body3_y + t79);
+    const double f_body3_z = t74 + (1.8 * a_body3_z + t80);
+    const double n_body3_x = t75 - k144 * t73 - (k156 * a_body3_z + k121 * a_body3_y);
+    const double t81 = k121 * a_body3_x - k120 * a_body3_z;
+    const double n_body3_y = t76 + (k144 * t72 - k143 * t74) + t81;
+    const double n_body3_z = t77 + k143 * t73 + (k120 * a_body3_y + k156 * a_body3_x);
+    const double t82 = k134 * f_body3_x - k157 * f_body3_y - k138 * f_body3_z;
+    const double t83 = k135 * f_body3_y - k158 * f_body3_x - k139 * f_body3_z;
+    const double t84 = k136 * f_body3_x + k137 * f_body3_y + k94 * f_body3_z;
+    const double t85 = k134 * n_body3_x - k157 * n_body3_y - k138 * n_body3_z;
+    const double t86 = k135 * n_body3_y - k158 * n_body3_x - k139 * n_body3_z;
+    const double t87 = k136 * n_body3_x + k137 * n_body3_y + k94 * n_body3_z;
     /* force: body2 */
-    const double t89 = k161 * (t26 - t25) + (k160 * t27 + (k119 * t35 + k159 * t34));
-    const double t90 = k161 * t27 - k118 * t34 - k159 * t35 - k160 * (t24 - t26);
-    const double t91 = k161 * t31 - (k160 * t33 + k196 * t27) - k159 * (t25 - t24);
-    const double f_body2_x = t83 + (0.348 * t30 + 0.066 * t27);
-    const double f_body2_y = t84 + (0.348 * t27 + 0.066 * t32);
-    const double f_body2_z = t85 + (0.066 * t35 - 0.348 * t34);
-    const double t92 = t91 + (0.066 * a_body2_x - 0.348 * a_body2_y);
-    const double n_body2_z = t88 + (t10 * t83 - t9 * t84) + t92;
-    const double n_body2_x = t86 - (t10 * t85 + t11 * t84) - (t89 + 0.066 * a_body2_z);
-    const double t93 = t8 * (t87 + (t11 * t83 + t9 * t85) + (t90 + 0.348 * a_body2_z));
-    const double t94 = 0.144 * (t5 * f_body2_x + t6 * f_body2_y + k131 * f_body2_z);
-    const double t95 = 0.308 * (t3 * f_body2_x + t4 * f_body2_y - k162 * f_body2_z);
-    /* force: body1 */
-    const double t96 = t7 * n_body2_x - t93 + k92 * n_body2_z - (t94 + t95);
+    const double t88 = k161 * (t25 - t24) + (k160 * t26 + (k119 * t34 + k159 * t33));
+    const double t89 = k161 * t26 - k118 * t33 - k159 * t34 - k160 * (t23 - t25);
+    const double t90 = k161 * t30 - (k160 * t32 + k187 * t26) - k159 * (t24 - t23);
+    const double f_body2_x = t82 + (0.348 * t29 + 0.066 * t26);
+    const double f_body2_y = t83 + (0.348 * t26 + 0.066 * t31);
+    const double f_body2_z = t84 + (0.066 * t34 - 0.348 * t33);
+    const double t91 = t90 + (0.066 * a_body2_x - 0.348 * a_body2_y);
+    const double n_body2_z = t87 + (t9 * t82 - t8 * t83) + t91;
+    const double t92 = t2 * f_body2_x + t3 * f_body2_y - k162 * f_body2_z;
+    const double t93 = t4 * f_body2_x + t5 * f_body2_y + k131 * f_body2_z;
+    const double t94 = t6 * (t85 - (t9 * t84 + t10 * t83) - (t88 + 0.066 * a_body2_z));
+    const double t95 = t7 * (t86 + (t10 * t82 + t8 * t84) + (t89 + 0.348 * a_body2_z));
+    const double t96 = 0.144 * (k186 * t22 + t93) + 0.308 * (k186 * t21 + t92);
     const double t97 = tau[3] - n_body4_z;
     /* composite inertia: body4 */
-    const double t98 = k150 * t13 - k149 * t12;
-    const double t99 = k150 * t15 - k149 * t14;
-    const double t100 = k149 * t16 - k150 * t17;
+    const double t98 = k150 * t12 - k149 * t11;
+    const double t99 = k150 * t14 - k149 * t13;
+    const double t100 = k149 * t15 - k150 * t16;
     const double t101 = k151 * cos_q3 - k152 * sin_q3;
     const double t102 = cos_q3 * t101;
     const double t103 = k123 + t102;
@@ -3166,24 +3166,24 @@ void fig1_forward_dynamics(const double q[4], const double v[4], const double ta
     const double t130 = k135 * t121 - k158 * t120 - k139 * t118;
     const double t131 = k136 * (k136 * t117 + k137 * t119 + k94 * t120);
     const double t132 = t131 + k137 * (k136 * t119 + k137 * t114 + k94 * t121);
-    const double t133 = t122 - 1.8 * t9;
-    const double t134 = t123 - 1.8 * t10;
-    const double hc_body2_z = t124 + 1.8 * t11;
+    const double t133 = t122 - 1.8 * t8;
+    const double t134 = t123 - 1.8 * t9;
+    const double hc_body2_z = t124 + 1.8 * t10;
     const double t135 = t132 + k94 * (k136 * t120 + k137 * t121 + k94 * t118);
-    const double t136 = t135 + t11 * (t124 + hc_body2_z);
+    const double t136 = t135 + t10 * (t124 + hc_body2_z);
     const double t137 = k135 * t126 - k158 * t125 - k139 * t127;
     const double t138 = k136 * t125 + k137 * t126 + k94 * t127;
     const double t139 = k136 * t128 + k137 * t129 + k94 * t130;
     const double hc_body2_x = t133 - 0.348;
     const double hc_body2_y = t134 - 0.066;
-    const double t140 = k118 + (k134 * t125 - k157 * t126 - k138 * t127 - t9 * (t122 + t133));
-    const double t141 = k119 + (k135 * t129 - k158 * t128 - k139 * t130 - t10 * (t123 + t134));
-    const double t142 = t137 - (t9 * t123 + t10 * t133) - k159;
-    const double t143 = t138 + (t11 * t133 - t9 * t124) - k160;
-    const double t144 = t139 + (t11 * t134 - t10 * t124) - k161;
+    const double t140 = k118 + (k134 * t125 - k157 * t126 - k138 * t127 - t8 * (t122 + t133));
+    const double t141 = k119 + (k135 * t129 - k158 * t128 - k139 * t130 - t9 * (t123 + t134));
+    const double t142 = t137 - (t8 * t123 + t9 * t133) - k159;
+    const double t143 = t138 + (t10 * t133 - t8 * t124) - k160;
+    const double t144 = t139 + (t10 * t134 - t9 * t124) - k161;
     /* composite inertia: body2 */
-    const double t145 = t3 * hc_body2_x + t4 * hc_body2_y - k162 * hc_body2_z;
-    const double t146 = t5 * hc_body2_x + t6 * hc_body2_y + k131 * hc_body2_z;
+    const double t145 = t2 * hc_body2_x + t3 * hc_body2_y - k162 * hc_body2_z;
+    const double t146 = t4 * hc_body2_x + t5 * hc_body2_y + k131 * hc_body2_z;
     const double t147 = cos_q1 * (t140 - t141) - sin_q1 * (2.0 * t142);
     const double t148 = cos_q1 * t147;
     const double t149 = t141 + t148;
@@ -3201,59 +3201,59 @@ void fig1_forward_dynamics(const double q[4], const double v[4], const double ta
     const double t160 = k116 + (t158 - 0.144 * (t145 + (t145 - 0.2592)));
     /* mass matrix: columns of body2 */
     const double t161 = t140 + t141;
-    const double t162 = 0.144 * (t6 * hc_body2_x - t5 * hc_body2_y);
-    const double t163 = t162 + 0.308 * (t4 * hc_body2_x - t3 * hc_body2_y);
+    const double t162 = 0.144 * (t5 * hc_body2_x - t4 * hc_body2_y);
+    const double t163 = t162 + 0.308 * (t3 * hc_body2_x - t2 * hc_body2_y);
     /* mass matrix: columns of body3 */
     const double t164 = k134 * hc_body3_y + k157 * hc_body3_x;
     const double t165 = k158 * hc_body3_y + k135 * hc_body3_x;
-    const double t166 = k136 * hc_body3_y - k137 * hc_body3_x + (k164 * t9 - k165 * t10);
-    const double t167 = t7 * (t164 + (k164 * t11 - k163 * t10));
-    const double t168 = 0.308 * (k166 + (k165 * t3 + k164 * t4));
-    const double t169 = t167 - t8 * (k163 * t9 - k165 * t11 - t165) + k92 * t166;
+    const double t166 = k136 * hc_body3_y - k137 * hc_body3_x + (k164 * t8 - k165 * t9);
+    const double t167 = t6 * (t164 + (k164 * t10 - k163 * t9));
+    const double t168 = 0.308 * (k166 + (k165 * t2 + k164 * t3));
+    const double t169 = t167 - t7 * (k163 * t8 - k165 * t10 - t165) + k92 * t166;
     /* mass matrix: columns of body4 */
-    const double t170 = k150 * t12 + k149 * t13;
-    const double t171 = k150 * t14 + k149 * t15;
-    const double t172 = k150 * t16 + k149 * t17;
-    const double t173 = k126 * t13 - k125 * t12 - k169 - k144 * t171;
-    const double t174 = k170 + (k126 * t15 - k125 * t14) + (k144 * t170 + k143 * t172);
-    const double t175 = k125 * t16 - k126 * t17 - k171 + k143 * t171;
+    const double t170 = k150 * t11 + k149 * t12;
+    const double t171 = k150 * t13 + k149 * t14;
+    const double t172 = k150 * t15 + k149 * t16;
+    const double t173 = k126 * t12 - k125 * t11 - k169 - k144 * t171;
+    const double t174 = k170 + (k126 * t14 - k125 * t13) + (k144 * t170 + k143 * t172);
+    const double t175 = k125 * t15 - k126 * t16 - k171 + k143 * t171;
     const double t176 = k134 * t170 - k157 * t171 + k138 * t172;
     const double t177 = k135 * t171 - k158 * t170 + k139 * t172;
     const double t178 = k136 * t170 + k137 * t171 - k94 * t172;
     const double t179 = k134 * t173 - k157 * t174 - k138 * t175;
     const double t180 = k135 * t174 - k158 * t173 - k139 * t175;
-    const double t181 = k136 * t173 + k137 * t174 + k94 * t175 + (t10 * t176 - t9 * t177);
-    const double t182 = t7 * (t179 - (t10 * t178 + t11 * t177));
-    const double t183 = 0.144 * (t5 * t176 + t6 * t177 + k131 * t178);
-    const double t184 = t182 - t8 * (t180 + (t11 * t176 + t9 * t178)) + k92 * t181;
-    const double t185 = t184 - (t183 + 0.308 * (t3 * t176 + t4 * t177 - k162 * t178));
+    const double t181 = k136 * t173 + k137 * t174 + k94 * t175 + (t9 * t176 - t8 * t177);
+    const double t182 = t6 * (t179 - (t9 * t178 + t10 * t177));
+    const double t183 = 0.144 * (t4 * t176 + t5 * t177 + k131 * t178);
+    const double t184 = t182 - t7 * (t180 + (t10 * t176 + t8 * t178)) + k92 * t181;
+    const double t185 = t184 - (t183 + 0.308 * (t2 * t176 + t3 * t177 - k162 * t178));
     /* factor: LᵀDL */
-    const double t186 = k200 * t172;
+    const double t186 = k190 * t172;
     const double t187 = 1.8 - t172 * t186;
     const double t188 = t166 + t181 * t186;
-    const double t189 = t169 + (t168 - 0.144 * (k167 - (k165 * t5 + k164 * t6))) + t185 * t186;
-    const double t190 = k200 * t181;
-    const double t191 = k200 * t185;
+    const double t189 = t169 + (t168 - 0.144 * (k167 - (k165 * t4 + k164 * t5))) + t185 * t186;
+    const double t190 = k190 * t181;
+    const double t191 = k190 * t185;
     const double t192 = t160 + (k117 + (t159 + 0.308 * (t146 + (0.5544 + t146))));
     const double t193 = 1.0 / t187;
     const double t194 = t188 * t193;
     const double t195 = t161 - t181 * t190 - t188 * t194;
-    const double t196 = t8 * t144 - t7 * t143 + k92 * t161 - t163 - t185 * t190 - t189 * t194;
+    const double t196 = t7 * t144 - t6 * t143 + k92 * t161 - t163 - t185 * t190 - t189 * t194;
     const double t197 = t189 * t193;
     const double t198 = 1.0 / t195;
     const double t199 = t196 * t198;
     const double t200 = t192 - t185 * t191 - t189 * t197 - t196 * t199;
     /* solve */
     const double t201 = tau[2] - f_body3_z + t97 * t186;
-    const double t202 = tau[1] - n_body2_z - t97 * t190 - t194 * t201;
-    const double t203 = tau[0] - (t96 - (k197 * t2 + k198 * t1)) - t97 * t191;
-    const double t204 = 1.0 / t200 * (t203 - t197 * t201 - t199 * t202);
+    const double t202 = tau[0] - (t94 - t95 + k92 * n_body2_z - t96 - k188 * t1);
+    const double t203 = tau[1] - n_body2_z - t97 * t190 - t194 * t201;
+    const double t204 = 1.0 / t200 * (t202 - t97 * t191 - t197 * t201 - t199 * t203);
     a[0] = t204;
-    const double t205 = t198 * t202 - t199 * t204;
+    const double t205 = t198 * t203 - t199 * t204;
     a[1] = t205;
     const double t206 = t193 * t201 - t194 * t205 - t197 * t204;
     a[2] = t206;
-    a[3] = k200 * t97 + t186 * t206 - t190 * t205 - t191 * t204;
+    a[3] = k190 * t97 + t186 * t206 - t190 * t205 - t191 * t204;
     /* no answer unless these are positive */
     if (!(t200 > 0.0 && t195 > 0.0 && t187 > 0.0)) {
         for (int i = 0; i < 4; ++i) {
@@ -3294,7 +3294,7 @@ void fig1_kinetic_energy(const double q[4], const double v[4], double T[1])
     const double t15 = t14 + (k129 * cos_q1 + k130 * sin_q1) * t13;
     const double t16 = (k128 * cos_q1 - k127 * sin_q1) * t12;
     const double t17 = t16 + (k130 * cos_q1 - k129 * sin_q1) * t13;
-    const double t18 = k172 * v[0];
+    const double t18 = k191 * v[0];
     const double t19 = v[1] + k92 * v[0];
     /* velocity: body3 */
     const double t20 = k134 * t10 + k158 * t11 + k136 * t19;
@@ -3316,25 +3316,24 @@ void fig1_kinetic_energy(const double q[4], const double v[4], double T[1])
     const double t35 = t9 * t33 - (t5 * t31 + t7 * t32);
     const double t36 = k142 * t32 - k153 * t31 - k97 * t33;
     const double t37 = v[3] + (k142 * t21 - k153 * t20 - k97 * t22);
-    const double t38 = k160 * t10 - k161 * t11 + k201 * t19;
+    const double t38 = 0.348 * t17 - 0.066 * t15 + k160 * t10 - k161 * t11;
     const double t39 = t17 * (0.348 * t19) - t15 * (0.066 * t19);
-    const double t40 = t10 * (k119 * t10 - k159 * t11 + k160 * t19 - k174 * v[0]);
-    const double t41 = t11 * (k159 * t10 - k118 * t11 + k161 * t19 + k173 * v[0]);
-    const double t42 = t40 - t41 + t19 * (t38 + (0.348 * t17 - 0.066 * t15));
-    const double t43 = t39 - t18 * (0.066 * t10 + 0.348 * t11) + t42;
-    const double t44 = t26 * (1.8 * t26 + (k121 * t21 + k156 * t22));
-    const double t45 = t44 + t27 * (1.8 * t27 + (k120 * t22 - k121 * t20));
+    const double t40 = t10 * (k119 * t10 - k194 * v[0] - k159 * t11 + k160 * t19);
+    const double t41 = t11 * (k195 * v[0] + k159 * t10 - k118 * t11 + k161 * t19);
+    const double t42 = t39 - t18 * (0.066 * t10 + 0.348 * t11);
+    const double t43 = t42 + (t40 - t41 + t19 * (t38 + k193 * t19));
+    const double t44 = t26 * (1.8 * t26 + k121 * t21 + k156 * t22);
+    const double t45 = t44 + t27 * (1.8 * t27 - k121 * t20 + k120 * t22);
     const double t46 = t21 * (k121 * t26 - k120 * t28);
-    const double t47 = t46 - t20 * (k156 * t28 + k121 * t27);
-    const double t48 = t45 + t28 * (1.8 * t28 - (k156 * t20 + k120 * t21));
-    const double t49 = t48 + (t47 + t22 * (k120 * t27 + k156 * t26));
-    const double t50 = k168 * t37 - (k125 * t29 + k126 * t30);
-    const double t51 = t34 * (k150 * t37) - t35 * (k149 * t37);
-    const double t52 = t29 * (k123 * t29 - k124 * t30 - k125 * t37 - k150 * t36);
-    const double t53 = t52 + t30 * (k122 * t30 - k124 * t29 - k126 * t37 + k149 * t36);
-    const double t54 = t53 + t37 * (t50 + (k150 * t34 - k149 * t35));
-    const double t55 = t51 + t36 * (k149 * t30 - k150 * t29) + t54;
-    T[0] = 0.5 * (v[0] * (k199 * v[0]) + t43 + t49 + t55);
+    const double t47 = t46 - t20 * (k121 * t27 + k156 * t28);
+    const double t48 = t45 + t28 * (1.8 * t28 - k156 * t20 - k120 * t21);
+    const double t49 = t48 + (t47 + t22 * (k156 * t26 + k120 * t27));
+    const double t50 = t34 * (k150 * t37) - t35 * (k149 * t37);
+    const double t51 = t29 * (k123 * t29 - k150 * t36 - k124 * t30 - k125 * t37);
+    const double t52 = k150 * t34 - k149 * t35 - k125 * t29 - k126 * t30 + k168 * t37;
+    const double t53 = t51 + t30 * (k149 * t36 - k124 * t29 + k122 * t30 - k126 * t37);
+    const double t54 = t50 + t36 * (k149 * t30 - k150 * t29) + (t53 + t37 * t52);
+    T[0] = 0.5 * (v[0] * (k192 * v[0]) + t43 + t49 + t54);
 }
 
 /*
@@ -3368,11 +3367,11 @@ void fig1_potential_energy(const double q[4], double V[1])
     const double t10 = (k127 * cos_q1 + k128 * sin_q1) * t8;
     const double t11 = (k129 * cos_q1 + k130 * sin_q1) * t8;
     const double t12 = (k132 * cos_q1 - k133 * sin_q1) * t8;
-    const double t13 = t10 + (k128 * cos_q1 - k127 * sin_q1) * t9 - k162 * t7 - k194;
-    const double t14 = k195 + (t11 + (k130 * cos_q1 - k129 * sin_q1) * t9 + k131 * t7);
-    const double t15 = (k188 * cos_q0 + k189 * sin_q0) * t13;
+    const double t13 = t10 + (k128 * cos_q1 - k127 * sin_q1) * t9 - k162 * t7 - k184;
+    const double t14 = k185 + (t11 + (k130 * cos_q1 - k129 * sin_q1) * t9 + k131 * t7);
+    const double t15 = (k178 * cos_q0 + k179 * sin_q0) * t13;
     const double t16 = k90 * (t12 - (k132 * sin_q1 + k133 * cos_q1) * t9 + k92 * t7);
-    V[0] = 9.81 * (k202 + (t15 + (k189 * cos_q0 - k188 * sin_q0) * t14 + t16));
+    V[0] = 9.81 * (k196 + (t15 + (k179 * cos_q0 - k178 * sin_q0) * t14 + t16));
 }
 
 /*
@@ -3513,15 +3512,15 @@ void fig1_frame_pose_tool(const double q[4], double pose[16])
     const double t107 = t79 * t92 + t80 * t95 + t81 * t98;
     const double t108 = t80 * t96 - t79 * t93 + t81 * t99;
     const double t109 = t79 * t94 - t80 * t97 + t81 * t100;
-    pose[0] = k203 * t101 + k205 * t102 - k208 * t103;
-    pose[4] = k203 * t104 + k205 * t105 - k208 * t106;
-    pose[8] = k203 * t107 + k205 * t108 - k208 * t109;
-    pose[1] = k206 * t102 - k209 * t101 + k207 * t103;
-    pose[5] = k206 * t105 - k209 * t104 + k207 * t106;
-    pose[9] = k206 * t108 - k209 * t107 + k207 * t109;
-    pose[2] = k204 * t101 - k210 * t102 + k6 * t103;
-    pose[6] = k204 * t104 - k210 * t105 + k6 * t106;
-    pose[10] = k204 * t107 - k210 * t108 + k6 * t109;
+    pose[0] = k197 * t101 + k199 * t102 - k202 * t103;
+    pose[4] = k197 * t104 + k199 * t105 - k202 * t106;
+    pose[8] = k197 * t107 + k199 * t108 - k202 * t109;
+    pose[1] = k200 * t102 - k203 * t101 + k201 * t103;
+    pose[5] = k200 * t105 - k203 * t104 + k201 * t106;
+    pose[9] = k200 * t108 - k203 * t107 + k201 * t109;
+    pose[2] = k198 * t101 - k204 * t102 + k6 * t103;
+    pose[6] = k198 * t104 - k204 * t105 + k6 * t106;
+    pose[10] = k198 * t107 - k204 * t108 + k6 * t109;
     const double t110 = t82 + (0.05 * t55 + 0.3 * t56 + 0.12 * t57);
     pose[3] = t110 + (0.25 * t101 + 0.04 * t102 + 0.1 * t103);
     const double t111 = t83 + (0.05 * t58 + 0.3 * t59 + 0.12 * t60);

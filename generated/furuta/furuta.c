@@ -10,6 +10,18 @@
 #include <math.h>
 #include <stdint.h>
 
+/* For gcc: registers are renamed, which saves moves around fused operations. Where a symmetric matrix is
+ * written, scalars are not paired into vectors: gathering the pairs costs more than they save. */
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC optimize("rename-registers")
+#define SYMGEN_PRAGMA(text) _Pragma(#text)
+#define SYMGEN_UNPAIRED SYMGEN_PRAGMA(GCC push_options) SYMGEN_PRAGMA(GCC optimize("no-tree-slp-vectorize"))
+#define SYMGEN_PAIRED SYMGEN_PRAGMA(GCC pop_options)
+#else
+#define SYMGEN_UNPAIRED
+#define SYMGEN_PAIRED
+#endif
+
 /* 2/pi in words of 32 bits, after three words of nothing. */
 static const uint32_t two_over_pi[41] = {
     0x00000000u, 0x00000000u, 0x00000000u, 0xA2F9836Eu, 0x4E441529u, 0xFC2757D1u,
@@ -91,44 +103,31 @@ static unsigned reduce_large(double x, double *r, double *t)
     return x < 0.0 ? 4u - n % 4u : n;
 }
 
-/* The sine (*s) and cosine (*c) of x in radians; NaN for infinities and NaN. Error below 1 ulp.
- * |x| <= 1.0e5: x minus a multiple of pi/2 given in three parts (Cody and Waite); beyond, and
- * where too little is left of x, in integers. Same bits everywhere when contraction is off. */
-static void sine_cosine(double x, double *s, double *c)
+/* What is rarely taken stays apart, so that the rest needs few registers. */
+#if defined(__GNUC__)
+#define SYMGEN_RARE static __attribute__((noinline, cold))
+#else
+#define SYMGEN_RARE static
+#endif
+
+/* The sine (*s) and cosine (*c) of r - t + quadrant pi/2, |r| <= pi/4, t the tail of r. (Subtracting a
+ * tail keeps the sign of a zero: -0 - 0 is -0, -0 + 0 is not.) */
+static inline void sine_cosine_reduced(double r, double t, unsigned quadrant, double *s, double *c)
 {
     static const double sign[4] = {1.0, 1.0, -1.0, -1.0};
-    const double shifter = 6755399441055744.0; /* adding it rounds to an integer */
-    const double n = (x * 0.63661977236758134 + shifter) - shifter;
-    const double r1 = x - n * 1.5707963267923333;
-    const double w2 = n * 2.5633441514780767e-12;
-    const double r2 = r1 - w2;
-    const double w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
-    double r = r2 - w3;
-    double t = (r2 - r) - w3;
-    double z, w, half, one, odd, even;
-    unsigned quadrant;
-    if (fabs(x) <= 1.0e5 && fabs(r) >= 1.3877787807814457e-17 * fabs(n)) {
-        quadrant = (unsigned)(int32_t)n;
-    } else if (fabs(x) <= 1.7976931348623157e308) {
-        quadrant = reduce_large(x, &r, &t);
-    } else {
-        *s = x - x;
-        *c = x - x;
-        return;
-    }
-    z = r * r;
-    w = z * z;
-    half = 0.5 * z;
-    one = 1.0 - half;
+    const double z = r * r;
+    const double w = z * z;
+    const double half = 0.5 * z;
+    const double one = 1.0 - half;
+    double odd, even;
     odd = (-0.16666666666666630 + 0.0083333333333218407 * z)
         + w * ((-0.00019841269829358525 + 2.7557313538512764e-6 * z)
         + w * (-2.5050734389013597e-8 + 1.5895433277812973e-10 * z));
     even = (0.041666666666666595 - 0.0013888888888873296 * z)
         + w * ((2.4801587288953846e-5 - 2.7557314198804994e-7 * z)
         + w * (2.0875702453515863e-9 - 1.1358577036971123e-11 * z));
-    odd = r + (r * z * odd + t * one);
-    even = one + (((1.0 - one) - half) + (w * even - r * t));
-    odd = x == 0.0 ? x : odd; /* keeps the sign of zero */
+    odd = r - (t * one - r * z * odd);
+    even = one + (((1.0 - one) - half) + (w * even + r * t));
     {
         const double value[2] = {odd, even}; /* tables where a branch would be mispredicted */
         *s = sign[quadrant & 3u] * value[quadrant & 1u];
@@ -136,14 +135,47 @@ static void sine_cosine(double x, double *s, double *c)
     }
 }
 
-static double sine(double x)
+/* The same of any x in radians, reduced in integers; NaN for infinities and NaN. */
+SYMGEN_RARE void sine_cosine_slowly(double x, double *s, double *c)
+{
+    if (fabs(x) <= 1.7976931348623157e308) {
+        double r, t;
+        const unsigned quadrant = reduce_large(x, &r, &t);
+        sine_cosine_reduced(r, -t, quadrant, s, c);
+    } else {
+        *s = x - x;
+        *c = x - x;
+    }
+}
+
+/* The sine (*s) and cosine (*c) of x in radians; NaN for infinities and NaN. Error below 1 ulp.
+ * |x| <= 1.0e5: x minus a multiple of pi/2 given in three parts (Cody and Waite); beyond, and
+ * where too little is left of x, in integers. Same bits everywhere when contraction is off. */
+static inline void sine_cosine(double x, double *s, double *c)
+{
+    const double shifter = 6755399441055744.0; /* adding it rounds to an integer */
+    const double n = (x * 0.63661977236758134 + shifter) - shifter;
+    const double r1 = x - n * 1.5707963267923333;
+    const double w2 = n * 2.5633441514780767e-12;
+    const double r2 = r1 - w2;
+    const double w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
+    const double r = r2 - w3;
+    const double t = w3 - (r2 - r);
+    if (fabs(x) <= 1.0e5 && fabs(r) >= 1.3877787807814457e-17 * fabs(n)) {
+        sine_cosine_reduced(r, t, (unsigned)(int32_t)n, s, c);
+    } else {
+        sine_cosine_slowly(x, s, c);
+    }
+}
+
+static inline double sine(double x)
 {
     double s, c;
     sine_cosine(x, &s, &c);
     return s;
 }
 
-static double cosine(double x)
+static inline double cosine(double x)
 {
     double s, c;
     sine_cosine(x, &s, &c);
@@ -158,7 +190,7 @@ typedef double four __attribute__((vector_size(32)));
 typedef double four_apart __attribute__((vector_size(32), aligned(8), may_alias));
 typedef int64_t four_bits __attribute__((vector_size(32)));
 
-static __attribute__((noinline)) void four_slowly(const double *x, double *s, double *c)
+SYMGEN_RARE void four_slowly(const double *x, double *s, double *c)
 {
     for (int i = 0; i < 4; ++i) {
         sine_cosine(x[i], &s[i], &c[i]);
@@ -177,7 +209,7 @@ static void sines_cosines(const double *angles, double *sines, double *cosines, 
         const four r2 = r1 - w2;
         const four w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
         const four r = r2 - w3;
-        const four t = (r2 - r) - w3;
+        const four t = w3 - (r2 - r);
         const four z = r * r;
         const four w = z * z;
         const four half = 0.5 * z;
@@ -194,9 +226,9 @@ static void sines_cosines(const double *angles, double *sines, double *cosines, 
         even = (0.041666666666666595 - 0.0013888888888873296 * z)
         + w * ((2.4801587288953846e-5 - 2.7557314198804994e-7 * z)
         + w * (2.0875702453515863e-9 - 1.1358577036971123e-11 * z));
-        odd = r + (r * z * odd + t * one);
-        even = one + (((1.0 - one) - half) + (w * even - r * t));
-        sine = (four_bits)odd | ((four_bits)x & (x == 0.0));
+        odd = r - (t * one - r * z * odd);
+        even = one + (((1.0 - one) - half) + (w * even + r * t));
+        sine = (four_bits)odd;
         cosine = (four_bits)even;
         swap = (sine ^ cosine) & -(turn & 1);
         *(four_apart *)(sines + i) = (four)(sine ^ swap ^ ((turn & 2) << 62));
@@ -533,6 +565,7 @@ void furuta_natural_bias_acceleration(const double q[2], const double v[2], doub
  * From q (2, m or rad) to M (2 x 2, SI).
  * Plan: composite. Operations: 1 add, 3 mul, 1 sincos.
  */
+SYMGEN_UNPAIRED
 void furuta_mass_matrix(const double q[2], double M[4])
 {
     const double cos_q1 = cosine(q[1]);
@@ -544,11 +577,12 @@ void furuta_mass_matrix(const double q[2], double M[4])
     /* constant entries */
     M[3] = 0.012;
 }
+SYMGEN_PAIRED
 
 /*
  * coriolis_matrix: C = R^T Mn dR/dt
  * From q (2, m or rad), v (2, m/s or rad/s) to C (2 x 2, SI).
- * Plan: composite. Operations: 5 add, 13 mul, 1 sincos.
+ * Plan: composite. Operations: 4 add, 13 mul, 1 sincos.
  */
 void furuta_coriolis_matrix(const double q[2], const double v[2], double C[4])
 {
@@ -557,11 +591,11 @@ void furuta_coriolis_matrix(const double q[2], const double v[2], double C[4])
     /* velocity: pendulum */
     const double t1 = v[0] * sin_q1;
     const double t2 = v[0] * cos_q1;
-    const double t3 = 0.009 * t1;
-    /* Coriolis matrix: columns of arm */
-    C[0] = sin_q1 * (cos_q1 * (0.012 * v[1] + 0.009 * t2) + sin_q1 * t3) - t3;
+    /* velocity moments: pendulum */
+    C[0] = cos_q1 * (sin_q1 * (0.012 * v[1] + 0.009 * t2) - cos_q1 * (0.009 * t1));
+    /* Coriolis matrix: columns and rows of arm */
     C[2] = -cos_q1 * (0.012 * t1);
-    /* Coriolis matrix: columns of pendulum */
+    /* Coriolis matrix: columns and rows of pendulum */
     C[1] = sin_q1 * (0.012 * t2 - 0.009 * v[1]);
     /* constant entries */
     C[3] = 0.0;
@@ -635,7 +669,7 @@ void furuta_inverse_dynamics(const double q[2], const double v[2], const double 
 /*
  * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (2, m or rad), v (2, m/s or rad/s), tau (2, N or N.m) to a (2, m/s^2 or rad/s^2).
- * Plan: articulated. Operations: 9 add, 21 mul, 1 div, 1 sincos.
+ * Plan: articulated. Operations: 9 add, 20 mul, 1 div, 1 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
  */
 void furuta_forward_dynamics(const double q[2], const double v[2], const double tau[2], double a[2])
@@ -647,16 +681,16 @@ void furuta_forward_dynamics(const double q[2], const double v[2], const double 
     const double t1 = v[0] * sin_q1 * w_pendulum_y;
     /* force: pendulum */
     const double t2 = 0.009 * (v[1] * v[1] - w_pendulum_y * w_pendulum_y);
-    const double t3 = sin_q1 * (0.024 * (v[1] * w_pendulum_y) - t2);
-    const double t4 = tau[1] - (0.2943 * sin_q1 - 0.012 * t1);
+    /* articulated inertia: pendulum */
+    const double t3 = tau[1] - (0.2943 * sin_q1 - 0.012 * t1);
+    const double t4 = sin_q1 * (0.024 * (v[1] * w_pendulum_y) - t2);
     /* articulated inertia: arm */
     const double t5 = 0.0335 - cos_q1 * (0.01875 * cos_q1);
     /* acceleration: arm */
-    const double t6 = tau[0] - (t3 - cos_q1 * (0.009 * t1)) - cos_q1 * (0.75 * t4);
-    const double t7 = 1.0 / t5 * t6;
-    a[0] = t7;
+    const double t6 = 1.0 / t5 * (tau[0] - (t4 + cos_q1 * (0.75 * t3 - 0.009 * t1)));
+    a[0] = t6;
     /* acceleration: pendulum */
-    a[1] = k1 * (t4 - 0.009 * (cos_q1 * t7));
+    a[1] = k1 * (t3 - 0.009 * (cos_q1 * t6));
     /* no answer unless these are positive */
     if (!(t5 > 0.0)) {
         for (int i = 0; i < 2; ++i) {

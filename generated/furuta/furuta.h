@@ -79,7 +79,7 @@ void furuta_mass_matrix(const double q[2], double M[4]);
 /*
  * coriolis_matrix: C = R^T Mn dR/dt
  * From q (2, m or rad), v (2, m/s or rad/s) to C (2 x 2, SI).
- * Plan: composite. Operations: 5 add, 13 mul, 1 sincos.
+ * Plan: composite. Operations: 4 add, 13 mul, 1 sincos.
  */
 void furuta_coriolis_matrix(const double q[2], const double v[2], double C[4]);
 
@@ -114,7 +114,7 @@ void furuta_inverse_dynamics(const double q[2], const double v[2], const double 
 /*
  * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (2, m or rad), v (2, m/s or rad/s), tau (2, N or N.m) to a (2, m/s^2 or rad/s^2).
- * Plan: articulated. Operations: 9 add, 21 mul, 1 div, 1 sincos.
+ * Plan: articulated. Operations: 9 add, 20 mul, 1 div, 1 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
  */
 void furuta_forward_dynamics(const double q[2], const double v[2], const double tau[2], double a[2]);

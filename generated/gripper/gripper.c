@@ -10,6 +10,18 @@
 #include <math.h>
 #include <stdint.h>
 
+/* For gcc: registers are renamed, which saves moves around fused operations. Where a symmetric matrix is
+ * written, scalars are not paired into vectors: gathering the pairs costs more than they save. */
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC optimize("rename-registers")
+#define SYMGEN_PRAGMA(text) _Pragma(#text)
+#define SYMGEN_UNPAIRED SYMGEN_PRAGMA(GCC push_options) SYMGEN_PRAGMA(GCC optimize("no-tree-slp-vectorize"))
+#define SYMGEN_PAIRED SYMGEN_PRAGMA(GCC pop_options)
+#else
+#define SYMGEN_UNPAIRED
+#define SYMGEN_PAIRED
+#endif
+
 /* 2/pi in words of 32 bits, after three words of nothing. */
 static const uint32_t two_over_pi[41] = {
     0x00000000u, 0x00000000u, 0x00000000u, 0xA2F9836Eu, 0x4E441529u, 0xFC2757D1u,
@@ -91,44 +103,31 @@ static unsigned reduce_large(double x, double *r, double *t)
     return x < 0.0 ? 4u - n % 4u : n;
 }
 
-/* The sine (*s) and cosine (*c) of x in radians; NaN for infinities and NaN. Error below 1 ulp.
- * |x| <= 1.0e5: x minus a multiple of pi/2 given in three parts (Cody and Waite); beyond, and
- * where too little is left of x, in integers. Same bits everywhere when contraction is off. */
-static void sine_cosine(double x, double *s, double *c)
+/* What is rarely taken stays apart, so that the rest needs few registers. */
+#if defined(__GNUC__)
+#define SYMGEN_RARE static __attribute__((noinline, cold))
+#else
+#define SYMGEN_RARE static
+#endif
+
+/* The sine (*s) and cosine (*c) of r - t + quadrant pi/2, |r| <= pi/4, t the tail of r. (Subtracting a
+ * tail keeps the sign of a zero: -0 - 0 is -0, -0 + 0 is not.) */
+static inline void sine_cosine_reduced(double r, double t, unsigned quadrant, double *s, double *c)
 {
     static const double sign[4] = {1.0, 1.0, -1.0, -1.0};
-    const double shifter = 6755399441055744.0; /* adding it rounds to an integer */
-    const double n = (x * 0.63661977236758134 + shifter) - shifter;
-    const double r1 = x - n * 1.5707963267923333;
-    const double w2 = n * 2.5633441514780767e-12;
-    const double r2 = r1 - w2;
-    const double w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
-    double r = r2 - w3;
-    double t = (r2 - r) - w3;
-    double z, w, half, one, odd, even;
-    unsigned quadrant;
-    if (fabs(x) <= 1.0e5 && fabs(r) >= 1.3877787807814457e-17 * fabs(n)) {
-        quadrant = (unsigned)(int32_t)n;
-    } else if (fabs(x) <= 1.7976931348623157e308) {
-        quadrant = reduce_large(x, &r, &t);
-    } else {
-        *s = x - x;
-        *c = x - x;
-        return;
-    }
-    z = r * r;
-    w = z * z;
-    half = 0.5 * z;
-    one = 1.0 - half;
+    const double z = r * r;
+    const double w = z * z;
+    const double half = 0.5 * z;
+    const double one = 1.0 - half;
+    double odd, even;
     odd = (-0.16666666666666630 + 0.0083333333333218407 * z)
         + w * ((-0.00019841269829358525 + 2.7557313538512764e-6 * z)
         + w * (-2.5050734389013597e-8 + 1.5895433277812973e-10 * z));
     even = (0.041666666666666595 - 0.0013888888888873296 * z)
         + w * ((2.4801587288953846e-5 - 2.7557314198804994e-7 * z)
         + w * (2.0875702453515863e-9 - 1.1358577036971123e-11 * z));
-    odd = r + (r * z * odd + t * one);
-    even = one + (((1.0 - one) - half) + (w * even - r * t));
-    odd = x == 0.0 ? x : odd; /* keeps the sign of zero */
+    odd = r - (t * one - r * z * odd);
+    even = one + (((1.0 - one) - half) + (w * even + r * t));
     {
         const double value[2] = {odd, even}; /* tables where a branch would be mispredicted */
         *s = sign[quadrant & 3u] * value[quadrant & 1u];
@@ -136,7 +135,40 @@ static void sine_cosine(double x, double *s, double *c)
     }
 }
 
-static double cosine(double x)
+/* The same of any x in radians, reduced in integers; NaN for infinities and NaN. */
+SYMGEN_RARE void sine_cosine_slowly(double x, double *s, double *c)
+{
+    if (fabs(x) <= 1.7976931348623157e308) {
+        double r, t;
+        const unsigned quadrant = reduce_large(x, &r, &t);
+        sine_cosine_reduced(r, -t, quadrant, s, c);
+    } else {
+        *s = x - x;
+        *c = x - x;
+    }
+}
+
+/* The sine (*s) and cosine (*c) of x in radians; NaN for infinities and NaN. Error below 1 ulp.
+ * |x| <= 1.0e5: x minus a multiple of pi/2 given in three parts (Cody and Waite); beyond, and
+ * where too little is left of x, in integers. Same bits everywhere when contraction is off. */
+static inline void sine_cosine(double x, double *s, double *c)
+{
+    const double shifter = 6755399441055744.0; /* adding it rounds to an integer */
+    const double n = (x * 0.63661977236758134 + shifter) - shifter;
+    const double r1 = x - n * 1.5707963267923333;
+    const double w2 = n * 2.5633441514780767e-12;
+    const double r2 = r1 - w2;
+    const double w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
+    const double r = r2 - w3;
+    const double t = w3 - (r2 - r);
+    if (fabs(x) <= 1.0e5 && fabs(r) >= 1.3877787807814457e-17 * fabs(n)) {
+        sine_cosine_reduced(r, t, (unsigned)(int32_t)n, s, c);
+    } else {
+        sine_cosine_slowly(x, s, c);
+    }
+}
+
+static inline double cosine(double x)
 {
     double s, c;
     sine_cosine(x, &s, &c);
@@ -151,7 +183,7 @@ typedef double four __attribute__((vector_size(32)));
 typedef double four_apart __attribute__((vector_size(32), aligned(8), may_alias));
 typedef int64_t four_bits __attribute__((vector_size(32)));
 
-static __attribute__((noinline)) void four_slowly(const double *x, double *s, double *c)
+SYMGEN_RARE void four_slowly(const double *x, double *s, double *c)
 {
     for (int i = 0; i < 4; ++i) {
         sine_cosine(x[i], &s[i], &c[i]);
@@ -170,7 +202,7 @@ static void sines_cosines(const double *angles, double *sines, double *cosines, 
         const four r2 = r1 - w2;
         const four w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
         const four r = r2 - w3;
-        const four t = (r2 - r) - w3;
+        const four t = w3 - (r2 - r);
         const four z = r * r;
         const four w = z * z;
         const four half = 0.5 * z;
@@ -187,9 +219,9 @@ static void sines_cosines(const double *angles, double *sines, double *cosines, 
         even = (0.041666666666666595 - 0.0013888888888873296 * z)
         + w * ((2.4801587288953846e-5 - 2.7557314198804994e-7 * z)
         + w * (2.0875702453515863e-9 - 1.1358577036971123e-11 * z));
-        odd = r + (r * z * odd + t * one);
-        even = one + (((1.0 - one) - half) + (w * even - r * t));
-        sine = (four_bits)odd | ((four_bits)x & (x == 0.0));
+        odd = r - (t * one - r * z * odd);
+        even = one + (((1.0 - one) - half) + (w * even + r * t));
+        sine = (four_bits)odd;
         cosine = (four_bits)even;
         swap = (sine ^ cosine) & -(turn & 1);
         *(four_apart *)(sines + i) = (four)(sine ^ swap ^ ((turn & 2) << 62));
@@ -281,6 +313,7 @@ void gripper_velocity_transformation(const double q[2], double R[72])
  * From q (2, m or rad) to M (2 x 2, SI).
  * Plan: composite. Operations: 8 add, 6 mul, 1 sincos.
  */
+SYMGEN_UNPAIRED
 void gripper_mass_matrix(const double q[2], double M[4])
 {
     const double cos_1 = cosine(20.0 * q[1] - 0.2);
@@ -295,11 +328,12 @@ void gripper_mass_matrix(const double q[2], double M[4])
     M[2] = 0.0;
     M[3] = 0.5785;
 }
+SYMGEN_PAIRED
 
 /*
  * bias_force: h = C v + gravity_force + passive_force
  * From q (2, m or rad), v (2, m/s or rad/s) to h (2, N or N.m).
- * Plan: recursive. Operations: 29 add, 42 mul, 2 sincos.
+ * Plan: recursive. Operations: 28 add, 40 mul, 2 sincos.
  */
 void gripper_bias_force(const double q[2], const double v[2], double h[2])
 {
@@ -310,48 +344,44 @@ void gripper_bias_force(const double q[2], const double v[2], double h[2])
     const double cos_q0 = cosines[0];
     const double sin_1 = sines[1];
     const double cos_1 = cosines[1];
-    const double w_thumb_z = 20.0 * v[1];
+    const double t1 = 0.00125 * sin_1;
+    const double t2 = sin_1 * (0.00004225 * cos_1);
     /* motion: palm */
     const double a_palm_x = 9.81 * sin_q0;
     const double a_palm_y = 9.81 * cos_q0;
-    const double t1 = v[0] * v[0];
+    const double t3 = v[0] * v[0];
     /* motion: left_jaw */
-    const double t2 = q[1] * t1;
-    const double a_left_jaw_z = a_palm_x - t2;
-    const double t3 = a_palm_y - 0.07 * t1;
-    const double t4 = v[0] * (2.0 * v[1]);
-    const double a_left_jaw_x = t3 + t4;
+    const double t4 = q[1] * t3;
+    const double a_left_jaw_z = a_palm_x - t4;
+    const double t5 = a_palm_y - 0.07 * t3;
+    const double t6 = v[0] * (2.0 * v[1]);
+    const double a_left_jaw_x = t5 + t6;
     /* motion: right_jaw */
-    const double t5 = a_palm_x + t2;
-    const double a_right_jaw_x = t4 - t3;
+    const double t7 = a_palm_x + t4;
+    const double a_right_jaw_x = t6 - t5;
     /* motion: thumb */
-    const double w_thumb_x = v[0] * sin_1;
-    const double w_thumb_y = v[0] * cos_1;
-    const double t6 = w_thumb_z * w_thumb_x;
+    const double t8 = 2.0 * (v[0] * (20.0 * v[1]));
     /* force: thumb */
-    const double t7 = 0.00125 * (sin_1 * (a_palm_y - 0.05 * t1));
-    const double t8 = cos_1 * (0.0000885 * t6 + 0.0122625 * sin_q0);
+    const double t9 = t2 * t8 + 0.00125 * cos_1 * a_palm_x;
     /* force: right_jaw */
-    const double t9 = 0.0016 * t1;
-    const double t10 = 0.00032 * t1;
-    const double t11 = 0.08 * t5 + t10;
-    const double t12 = q[1] * (0.08 * a_right_jaw_x + t9) - 0.07 * t11;
-    const double t13 = sin_1 * (4.0e-6 * (w_thumb_z * w_thumb_y)) - t8 - 0.000125 * t6;
+    const double t10 = 0.0016 * t3;
+    const double t11 = 0.00032 * t3;
+    const double t12 = 0.08 * t7 + t11;
+    const double t13 = q[1] * (0.08 * a_right_jaw_x + t10) - 0.07 * t12;
+    const double t14 = 0.00032 * a_right_jaw_x - 0.0016 * t7 + t13;
     /* force: left_jaw */
-    const double f_left_jaw_z = 0.08 * a_left_jaw_z - t10;
-    const double t14 = q[1] * (0.08 * a_left_jaw_x - t9) - 0.07 * f_left_jaw_z;
-    const double t15 = 0.00032 * a_left_jaw_x - 0.0016 * a_left_jaw_z + t14;
-    /* force: palm */
-    const double t16 = t13 + (0.00032 * a_right_jaw_x - 0.0016 * t5 + t12) + t15;
-    const double t17 = 20.0 * (0.00004225 * (w_thumb_x * w_thumb_y) - t7);
-    h[0] = t16 - 0.201105 * sin_q0 + 0.02 * v[0];
-    h[1] = f_left_jaw_z - t11 + t17 + 250.0 * (q[1] - 0.01);
+    const double f_left_jaw_z = 0.08 * a_left_jaw_z - t11;
+    const double t15 = q[1] * (0.08 * a_left_jaw_x - t10) - 0.07 * f_left_jaw_z;
+    const double t16 = 0.00032 * a_left_jaw_x - 0.0016 * a_left_jaw_z + t15;
+    const double t17 = 20.0 * (t2 * t3 - t1 * (a_palm_y - 0.05 * t3));
+    h[0] = t14 - (t9 + 0.05 * (t1 * t8 + 4.0221 * sin_q0)) + t16 + 0.02 * v[0];
+    h[1] = f_left_jaw_z - t12 + t17 + 250.0 * (q[1] - 0.01);
 }
 
 /*
  * inverse_dynamics: tau = mass_matrix a + bias_force
  * From q (2, m or rad), v (2, m/s or rad/s), a (2, m/s^2 or rad/s^2) to tau (2, N or N.m).
- * Plan: recursive. Operations: 50 add, 53 mul, 2 sincos.
+ * Plan: recursive. Operations: 46 add, 51 mul, 2 sincos.
  */
 void gripper_inverse_dynamics(const double q[2], const double v[2], const double a[2], double tau[2])
 {
@@ -362,59 +392,56 @@ void gripper_inverse_dynamics(const double q[2], const double v[2], const double
     const double cos_q0 = cosines[0];
     const double sin_1 = sines[1];
     const double cos_1 = cosines[1];
-    const double w_thumb_z = 20.0 * v[1];
-    const double dw_thumb_z = 20.0 * a[1];
+    const double t1 = 0.00125 * cos_1;
+    const double t2 = 0.00125 * sin_1;
+    const double t3 = 0.00004225 * cos_1;
+    const double t4 = sin_1 * t3;
     /* motion: palm */
     const double a_palm_x = 9.81 * sin_q0;
     const double a_palm_y = 9.81 * cos_q0;
-    const double t1 = v[0] * v[0];
+    const double t5 = v[0] * v[0];
     /* motion: left_jaw */
-    const double t2 = q[1] * t1;
-    const double t3 = 0.07 * a[0];
-    const double t4 = q[1] * a[0];
-    const double t5 = 0.07 * t1;
-    const double a_left_jaw_z = a[1] + (a_palm_x - (t2 + t3));
-    const double t6 = v[0] * (2.0 * v[1]);
-    const double a_left_jaw_x = a_palm_y + (t4 - t5) + t6;
+    const double t6 = q[1] * t5;
+    const double t7 = 0.07 * a[0];
+    const double t8 = q[1] * a[0];
+    const double t9 = 0.07 * t5;
+    const double a_left_jaw_z = a[1] + (a_palm_x - (t6 + t7));
+    const double t10 = v[0] * (2.0 * v[1]);
+    const double a_left_jaw_x = a_palm_y + (t8 - t9) + t10;
     /* motion: right_jaw */
-    const double a_right_jaw_z = a[1] - (a_palm_x + (t2 - t3));
-    const double a_right_jaw_x = t6 - (a_palm_y - (t4 + t5));
+    const double a_right_jaw_z = a[1] - (a_palm_x + (t6 - t7));
+    const double a_right_jaw_x = t10 - (a_palm_y - (t8 + t9));
     /* motion: thumb */
-    const double w_thumb_x = v[0] * sin_1;
-    const double w_thumb_y = v[0] * cos_1;
-    const double t7 = w_thumb_z * w_thumb_y;
-    const double t8 = w_thumb_z * w_thumb_x;
-    const double t9 = w_thumb_x * w_thumb_y;
-    const double t10 = t8 - (a[0] * cos_1 - t8);
+    const double a_thumb_z = a_palm_x - 0.05 * a[0];
+    const double t11 = 2.0 * (v[0] * (20.0 * v[1]));
     /* force: thumb */
-    const double t11 = 0.00004425 * (dw_thumb_z + t9) - 2.0e-6 * (t9 - dw_thumb_z);
-    const double t12 = cos_1 * (0.00004425 * t10 + 0.00125 * (a_palm_x - 0.05 * a[0]));
-    const double t13 = sin_1 * (2.0e-6 * (t7 + (a[0] * sin_1 + t7))) - t12;
+    const double n_thumb_y = a[0] * (2.0e-6 + cos_1 * t3) - t4 * t11 - t1 * a_thumb_z;
     /* force: right_jaw */
-    const double t14 = 0.0016 * t1;
-    const double t15 = 0.00032 * a[0];
-    const double t16 = 0.0016 * a[0];
-    const double t17 = 0.00032 * t1;
-    const double f_right_jaw_z = 0.08 * a_right_jaw_z + (t16 - t17);
-    const double t18 = q[1] * (0.08 * a_right_jaw_x + (t14 + t15));
+    const double t12 = 0.0016 * t5;
+    const double t13 = 0.00032 * a[0];
+    const double t14 = 0.0016 * a[0];
+    const double t15 = 0.00032 * t5;
+    const double f_right_jaw_z = 0.08 * a_right_jaw_z + (t14 - t15);
+    const double t16 = q[1] * (0.08 * a_right_jaw_x + (t12 + t13));
     const double n_right_jaw_y = 0.00032 * a_right_jaw_x + 0.0016 * a_right_jaw_z;
-    const double t19 = n_right_jaw_y + (t18 + 0.07 * f_right_jaw_z);
+    const double t17 = n_thumb_y - 0.05 * (t2 * t11 - a[0] * t1 + 0.41 * a_thumb_z);
     /* force: left_jaw */
-    const double f_left_jaw_z = 0.08 * a_left_jaw_z - (t16 + t17);
-    const double t20 = q[1] * (0.08 * a_left_jaw_x + (t15 - t14));
+    const double f_left_jaw_z = 0.08 * a_left_jaw_z - (t14 + t15);
+    const double t18 = q[1] * (0.08 * a_left_jaw_x + (t13 - t12));
     const double n_left_jaw_y = 0.00032 * a_left_jaw_x - 0.0016 * a_left_jaw_z;
-    const double t21 = n_left_jaw_y + (t20 - 0.07 * f_left_jaw_z);
+    const double t19 = t17 + (n_right_jaw_y + (t16 + 0.07 * f_right_jaw_z));
     /* force: palm */
-    const double t22 = 0.00199356 * a[0] - 0.201105 * sin_q0;
-    const double t23 = 20.0 * (t11 - 0.00125 * (sin_1 * (a_palm_y - 0.05 * t1)));
-    tau[0] = t13 - 0.0000625 * t10 + t19 + t21 + t22 + 0.02 * v[0];
-    tau[1] = f_right_jaw_z + f_left_jaw_z + t23 + 0.4 * a[1] + 250.0 * (q[1] - 0.01);
+    const double t20 = t19 + (n_left_jaw_y + (t18 - 0.07 * f_left_jaw_z));
+    const double n_thumb_z = t4 * t5 + 0.000925 * a[1] - t2 * (a_palm_y - 0.05 * t5);
+    tau[0] = t20 + 0.00096856 * a[0] + 0.02 * v[0];
+    const double t21 = 0.4 * a[1] + (f_right_jaw_z + f_left_jaw_z + 20.0 * n_thumb_z);
+    tau[1] = 250.0 * (q[1] - 0.01) + t21;
 }
 
 /*
  * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (2, m or rad), v (2, m/s or rad/s), tau (2, N or N.m) to a (2, m/s^2 or rad/s^2).
- * Plan: factored. Operations: 38 add, 49 mul, 1 div, 2 sincos.
+ * Plan: factored. Operations: 37 add, 46 mul, 1 div, 2 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
  */
 void gripper_forward_dynamics(const double q[2], const double v[2], const double tau[2], double a[2])
@@ -426,49 +453,46 @@ void gripper_forward_dynamics(const double q[2], const double v[2], const double
     const double cos_q0 = cosines[0];
     const double sin_1 = sines[1];
     const double cos_1 = cosines[1];
-    const double w_thumb_z = 20.0 * v[1];
+    const double hc_thumb_y = 0.00125 * sin_1;
+    const double t1 = 0.00004225 * cos_1;
+    const double t2 = sin_1 * t1;
     /* motion: palm */
     const double a_palm_x = 9.81 * sin_q0;
     const double a_palm_y = 9.81 * cos_q0;
-    const double t1 = v[0] * v[0];
+    const double t3 = v[0] * v[0];
     /* motion: left_jaw */
-    const double t2 = q[1] * t1;
-    const double a_left_jaw_z = a_palm_x - t2;
-    const double t3 = a_palm_y - 0.07 * t1;
-    const double t4 = v[0] * (2.0 * v[1]);
-    const double a_left_jaw_x = t3 + t4;
+    const double t4 = q[1] * t3;
+    const double a_left_jaw_z = a_palm_x - t4;
+    const double t5 = a_palm_y - 0.07 * t3;
+    const double t6 = v[0] * (2.0 * v[1]);
+    const double a_left_jaw_x = t5 + t6;
     /* motion: right_jaw */
-    const double t5 = a_palm_x + t2;
-    const double a_right_jaw_x = t4 - t3;
+    const double t7 = a_palm_x + t4;
+    const double a_right_jaw_x = t6 - t5;
     /* motion: thumb */
-    const double w_thumb_x = v[0] * sin_1;
-    const double w_thumb_y = v[0] * cos_1;
-    const double t6 = w_thumb_z * w_thumb_x;
+    const double t8 = 2.0 * (v[0] * (20.0 * v[1]));
     /* force: thumb */
-    const double t7 = 0.00125 * (sin_1 * (a_palm_y - 0.05 * t1));
-    const double t8 = cos_1 * (0.0000885 * t6 + 0.0122625 * sin_q0);
+    const double t9 = 0.05 * (hc_thumb_y * t8 + 4.0221 * sin_q0);
     /* force: right_jaw */
-    const double t9 = 0.0016 * t1;
-    const double t10 = 0.00032 * t1;
-    const double t11 = 0.08 * t5 + t10;
-    const double t12 = q[1] * (0.08 * a_right_jaw_x + t9) - 0.07 * t11;
-    const double t13 = sin_1 * (4.0e-6 * (w_thumb_z * w_thumb_y)) - t8 - 0.000125 * t6;
+    const double t10 = 0.0016 * t3;
+    const double t11 = 0.00032 * t3;
+    const double t12 = 0.08 * t7 + t11;
+    const double t13 = q[1] * (0.08 * a_right_jaw_x + t10) - 0.07 * t12;
+    const double t14 = 0.00032 * a_right_jaw_x - 0.0016 * t7 + t13;
     /* force: left_jaw */
-    const double f_left_jaw_z = 0.08 * a_left_jaw_z - t10;
-    const double t14 = q[1] * (0.08 * a_left_jaw_x - t9) - 0.07 * f_left_jaw_z;
-    const double t15 = 0.00032 * a_left_jaw_x - 0.0016 * a_left_jaw_z + t14;
-    /* force: palm */
-    const double t16 = t13 + (0.00032 * a_right_jaw_x - 0.0016 * t5 + t12) + t15;
-    const double t17 = 20.0 * (0.00004225 * (w_thumb_x * w_thumb_y) - t7);
+    const double f_left_jaw_z = 0.08 * a_left_jaw_z - t11;
+    const double t15 = q[1] * (0.08 * a_left_jaw_x - t10) - 0.07 * f_left_jaw_z;
+    const double t16 = 0.00032 * a_left_jaw_x - 0.0016 * a_left_jaw_z + t15;
+    const double t17 = 20.0 * (t2 * t3 - hc_thumb_y * (a_palm_y - 0.05 * t3));
+    const double n_palm_z = t14 - (t2 * t8 + 0.00125 * cos_1 * a_palm_x + t9) + t16;
     /* composite inertia: right_jaw */
     const double t18 = q[1] * (0.00064 + 0.08 * q[1]);
-    /* composite inertia: left_jaw */
-    const double t19 = 2.0e-6 + cos_1 * (0.00004225 * cos_1) + 0.000125 * cos_1;
     /* mass matrix: columns of palm */
-    const double t20 = t18 + (0.00037256 + t18) + (0.002853 + t19);
+    const double t19 = 0.002853 + (2.0e-6 + cos_1 * t1 + 0.000125 * cos_1);
+    const double t20 = t18 + (0.00037256 + t18) + t19;
     /* solve */
-    a[0] = (tau[0] - (t16 - 0.201105 * sin_q0 + 0.02 * v[0])) * (1.0 / t20);
-    a[1] = k1 * (tau[1] - (f_left_jaw_z - t11 + t17 + 250.0 * (q[1] - 0.01)));
+    a[0] = (tau[0] - (n_palm_z + 0.02 * v[0])) * (1.0 / t20);
+    a[1] = k1 * (tau[1] - (f_left_jaw_z - t12 + t17 + 250.0 * (q[1] - 0.01)));
     /* no answer unless these are positive */
     if (!(t20 > 0.0)) {
         for (int i = 0; i < 2; ++i) {
@@ -500,7 +524,7 @@ void gripper_kinetic_energy(const double q[2], const double v[2], double T[1])
     const double t9 = t2 * (0.08 * t2 + 0.00032 * v[0]);
     const double t10 = t9 + t3 * (0.08 * t3 - t7) + v[0] * (t8 - 0.0016 * t3);
     const double t11 = t9 + t4 * (t7 + 0.08 * t4) + v[0] * (t8 + 0.0016 * t4);
-    const double t12 = t5 * (2.0e-6 * t5) + t6 * (0.00004425 * t6 + 0.0000625 * v[0]);
+    const double t12 = t5 * (2.0e-6 * t5) + t6 * (0.0000625 * v[0] + 0.00004425 * t6);
     const double t13 = t12 + 20.0 * v[1] * (0.000925 * v[1]);
     const double t14 = v[0] * (0.00199356 * v[0]) + t10 + t11;
     const double t15 = t14 + (0.05 * v[0] * (0.00125 * t6) + t13);

@@ -36,21 +36,21 @@ void gripper_mass_matrix(const double q[2], double M[4]);
 /*
  * bias_force: h = C v + gravity_force + passive_force
  * From q (2, m or rad), v (2, m/s or rad/s) to h (2, N or N.m).
- * Plan: recursive. Operations: 29 add, 42 mul, 2 sincos.
+ * Plan: recursive. Operations: 28 add, 40 mul, 2 sincos.
  */
 void gripper_bias_force(const double q[2], const double v[2], double h[2]);
 
 /*
  * inverse_dynamics: tau = mass_matrix a + bias_force
  * From q (2, m or rad), v (2, m/s or rad/s), a (2, m/s^2 or rad/s^2) to tau (2, N or N.m).
- * Plan: recursive. Operations: 50 add, 53 mul, 2 sincos.
+ * Plan: recursive. Operations: 46 add, 51 mul, 2 sincos.
  */
 void gripper_inverse_dynamics(const double q[2], const double v[2], const double a[2], double tau[2]);
 
 /*
  * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (2, m or rad), v (2, m/s or rad/s), tau (2, N or N.m) to a (2, m/s^2 or rad/s^2).
- * Plan: factored. Operations: 38 add, 49 mul, 1 div, 2 sincos.
+ * Plan: factored. Operations: 37 add, 46 mul, 1 div, 2 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
  */
 void gripper_forward_dynamics(const double q[2], const double v[2], const double tau[2], double a[2]);

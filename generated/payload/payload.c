@@ -10,6 +10,18 @@
 #include <math.h>
 #include <stdint.h>
 
+/* For gcc: registers are renamed, which saves moves around fused operations. Where a symmetric matrix is
+ * written, scalars are not paired into vectors: gathering the pairs costs more than they save. */
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC optimize("rename-registers")
+#define SYMGEN_PRAGMA(text) _Pragma(#text)
+#define SYMGEN_UNPAIRED SYMGEN_PRAGMA(GCC push_options) SYMGEN_PRAGMA(GCC optimize("no-tree-slp-vectorize"))
+#define SYMGEN_PAIRED SYMGEN_PRAGMA(GCC pop_options)
+#else
+#define SYMGEN_UNPAIRED
+#define SYMGEN_PAIRED
+#endif
+
 /* 2/pi in words of 32 bits, after three words of nothing. */
 static const uint32_t two_over_pi[41] = {
     0x00000000u, 0x00000000u, 0x00000000u, 0xA2F9836Eu, 0x4E441529u, 0xFC2757D1u,
@@ -91,48 +103,68 @@ static unsigned reduce_large(double x, double *r, double *t)
     return x < 0.0 ? 4u - n % 4u : n;
 }
 
-/* The sine (*s) and cosine (*c) of x in radians; NaN for infinities and NaN. Error below 1 ulp.
- * |x| <= 1.0e5: x minus a multiple of pi/2 given in three parts (Cody and Waite); beyond, and
- * where too little is left of x, in integers. Same bits everywhere when contraction is off. */
-static void sine_cosine(double x, double *s, double *c)
+/* What is rarely taken stays apart, so that the rest needs few registers. */
+#if defined(__GNUC__)
+#define SYMGEN_RARE static __attribute__((noinline, cold))
+#else
+#define SYMGEN_RARE static
+#endif
+
+/* The sine (*s) and cosine (*c) of r - t + quadrant pi/2, |r| <= pi/4, t the tail of r. (Subtracting a
+ * tail keeps the sign of a zero: -0 - 0 is -0, -0 + 0 is not.) */
+static inline void sine_cosine_reduced(double r, double t, unsigned quadrant, double *s, double *c)
 {
     static const double sign[4] = {1.0, 1.0, -1.0, -1.0};
-    const double shifter = 6755399441055744.0; /* adding it rounds to an integer */
-    const double n = (x * 0.63661977236758134 + shifter) - shifter;
-    const double r1 = x - n * 1.5707963267923333;
-    const double w2 = n * 2.5633441514780767e-12;
-    const double r2 = r1 - w2;
-    const double w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
-    double r = r2 - w3;
-    double t = (r2 - r) - w3;
-    double z, w, half, one, odd, even;
-    unsigned quadrant;
-    if (fabs(x) <= 1.0e5 && fabs(r) >= 1.3877787807814457e-17 * fabs(n)) {
-        quadrant = (unsigned)(int32_t)n;
-    } else if (fabs(x) <= 1.7976931348623157e308) {
-        quadrant = reduce_large(x, &r, &t);
-    } else {
-        *s = x - x;
-        *c = x - x;
-        return;
-    }
-    z = r * r;
-    w = z * z;
-    half = 0.5 * z;
-    one = 1.0 - half;
+    const double z = r * r;
+    const double w = z * z;
+    const double half = 0.5 * z;
+    const double one = 1.0 - half;
+    double odd, even;
     odd = (-0.16666666666666630 + 0.0083333333333218407 * z)
         + w * ((-0.00019841269829358525 + 2.7557313538512764e-6 * z)
         + w * (-2.5050734389013597e-8 + 1.5895433277812973e-10 * z));
     even = (0.041666666666666595 - 0.0013888888888873296 * z)
         + w * ((2.4801587288953846e-5 - 2.7557314198804994e-7 * z)
         + w * (2.0875702453515863e-9 - 1.1358577036971123e-11 * z));
-    odd = r + (r * z * odd + t * one);
-    even = one + (((1.0 - one) - half) + (w * even - r * t));
-    odd = x == 0.0 ? x : odd; /* keeps the sign of zero */
+    odd = r - (t * one - r * z * odd);
+    even = one + (((1.0 - one) - half) + (w * even + r * t));
     {
         const double value[2] = {odd, even}; /* tables where a branch would be mispredicted */
         *s = sign[quadrant & 3u] * value[quadrant & 1u];
         *c = sign[(quadrant + 1u) & 3u] * value[(quadrant + 1u) & 1u];
+    }
+}
+
+/* The same of any x in radians, reduced in integers; NaN for infinities and NaN. */
+SYMGEN_RARE void sine_cosine_slowly(double x, double *s, double *c)
+{
+    if (fabs(x) <= 1.7976931348623157e308) {
+        double r, t;
+        const unsigned quadrant = reduce_large(x, &r, &t);
+        sine_cosine_reduced(r, -t, quadrant, s, c);
+    } else {
+        *s = x - x;
+        *c = x - x;
+    }
+}
+
+/* The sine (*s) and cosine (*c) of x in radians; NaN for infinities and NaN. Error below 1 ulp.
+ * |x| <= 1.0e5: x minus a multiple of pi/2 given in three parts (Cody and Waite); beyond, and
+ * where too little is left of x, in integers. Same bits everywhere when contraction is off. */
+static inline void sine_cosine(double x, double *s, double *c)
+{
+    const double shifter = 6755399441055744.0; /* adding it rounds to an integer */
+    const double n = (x * 0.63661977236758134 + shifter) - shifter;
+    const double r1 = x - n * 1.5707963267923333;
+    const double w2 = n * 2.5633441514780767e-12;
+    const double r2 = r1 - w2;
+    const double w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
+    const double r = r2 - w3;
+    const double t = w3 - (r2 - r);
+    if (fabs(x) <= 1.0e5 && fabs(r) >= 1.3877787807814457e-17 * fabs(n)) {
+        sine_cosine_reduced(r, t, (unsigned)(int32_t)n, s, c);
+    } else {
+        sine_cosine_slowly(x, s, c);
     }
 }
 
@@ -144,7 +176,7 @@ typedef double four __attribute__((vector_size(32)));
 typedef double four_apart __attribute__((vector_size(32), aligned(8), may_alias));
 typedef int64_t four_bits __attribute__((vector_size(32)));
 
-static __attribute__((noinline)) void four_slowly(const double *x, double *s, double *c)
+SYMGEN_RARE void four_slowly(const double *x, double *s, double *c)
 {
     for (int i = 0; i < 4; ++i) {
         sine_cosine(x[i], &s[i], &c[i]);
@@ -163,7 +195,7 @@ static void sines_cosines(const double *angles, double *sines, double *cosines, 
         const four r2 = r1 - w2;
         const four w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
         const four r = r2 - w3;
-        const four t = (r2 - r) - w3;
+        const four t = w3 - (r2 - r);
         const four z = r * r;
         const four w = z * z;
         const four half = 0.5 * z;
@@ -180,9 +212,9 @@ static void sines_cosines(const double *angles, double *sines, double *cosines, 
         even = (0.041666666666666595 - 0.0013888888888873296 * z)
         + w * ((2.4801587288953846e-5 - 2.7557314198804994e-7 * z)
         + w * (2.0875702453515863e-9 - 1.1358577036971123e-11 * z));
-        odd = r + (r * z * odd + t * one);
-        even = one + (((1.0 - one) - half) + (w * even - r * t));
-        sine = (four_bits)odd | ((four_bits)x & (x == 0.0));
+        odd = r - (t * one - r * z * odd);
+        even = one + (((1.0 - one) - half) + (w * even + r * t));
+        sine = (four_bits)odd;
         cosine = (four_bits)even;
         swap = (sine ^ cosine) & -(turn & 1);
         *(four_apart *)(sines + i) = (four)(sine ^ swap ^ ((turn & 2) << 62));
@@ -211,8 +243,9 @@ static const double k5 = 0.011475667807454839;
 /*
  * mass_matrix: M = R^T Mn R, full symmetric
  * From q (3, m or rad), p (13, SI) to M (3 x 3, SI).
- * Plan: composite, parallel axes merged. Operations: 84 add, 82 mul, 2 sincos.
+ * Plan: composite, parallel axes merged, inertia as given. Operations: 85 add, 80 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void payload_mass_matrix(const double q[3], const double p[13], double M[9])
 {
     const double angles[4] = {q[1], q[1] + q[2], 0.0, 0.0};
@@ -238,48 +271,50 @@ void payload_mass_matrix(const double q[3], const double p[13], double M[9])
     const double hc_forearm_y = p[0] * t11 + k1 * t2 - k2 * t3;
     const double t14 = t2 * t11 + k1 * t5 - k2 * t8;
     const double t15 = t3 * t11 + k1 * t6 - k2 * t9;
-    const double t16 = p[0] * t12 + k2 * t2 + k1 * t3;
-    const double t17 = t4 + p[0] * t13;
-    const double t18 = t12 * t16 + k2 * (t2 * t12 + k2 * t5 + k1 * t8);
-    const double t19 = 2.36 + p[0];
-    const double hc_forearm_x = 0.4858 + t17;
-    const double t20 = k3 + (t11 * hc_forearm_y + k1 * t14 - k2 * t15);
-    const double t21 = 0.141853 + (t1 - p[6] + p[3] * t4 + t4 * t13 + t13 * t17);
-    const double t22 = 0.16 * t19;
-    const double t23 = 0.155 + t16;
-    const double t24 = k5 + (t18 + k1 * (t3 * t12 + k2 * t6 + k1 * t9));
-    const double t25 = cos_q1 * (cos_q1 * (0.165 + t22));
-    const double t26 = 0.4 * cos_q1;
-    const double t27 = 0.4 * sin_q1;
+    const double hc_forearm_z = p[0] * t12 + k2 * t2 + k1 * t3;
+    const double t16 = t4 + p[0] * t13;
+    const double t17 = t12 * hc_forearm_z + k2 * (t2 * t12 + k2 * t5 + k1 * t8);
+    const double t18 = 2.36 + p[0];
+    const double hc_forearm_x = 0.4858 + t16;
+    const double t19 = k3 + (t11 * hc_forearm_y + k1 * t14 - k2 * t15);
+    const double t20 = 0.141853 + (t1 - p[6] + p[3] * t4 + t4 * t13 + t13 * t16);
+    const double t21 = cos_q1 * (0.165 * cos_q1);
+    const double t22 = 0.4 * cos_q1;
+    const double t23 = 0.4 * sin_q1;
     /* composite inertia: forearm */
-    const double t28 = hc_forearm_x * cos_1 - hc_forearm_y * sin_1;
-    const double t29 = hc_forearm_x * sin_1 + hc_forearm_y * cos_1;
-    const double t30 = 2.0 * (t4 * t11 + k1 * t7 - k2 * t10 + t13 * hc_forearm_y);
-    const double t31 = cos_1 * (cos_1 * (t21 - t20) - sin_1 * t30);
-    const double t32 = (t12 * hc_forearm_y + k2 * t14 + k1 * t15 - k4) * sin_1;
-    const double t33 = (t4 * t12 + k2 * t7 + k1 * t10 + t13 * t16) * cos_1 - t32;
-    const double t34 = 0.167 + t22 - t25 + (t21 - t31 + t27 * (2.0 * t29));
+    const double t24 = hc_forearm_x * cos_1 - hc_forearm_y * sin_1;
+    const double t25 = hc_forearm_x * sin_1 + hc_forearm_y * cos_1;
+    const double t26 = 2.0 * (t4 * t11 + k1 * t7 - k2 * t10 + t13 * hc_forearm_y);
+    const double t27 = cos_1 * (cos_1 * (t20 - t19) - sin_1 * t26);
+    const double t28 = (t4 * t12 + k2 * t7 + k1 * t10 + t13 * hc_forearm_z) * cos_1;
+    const double t29 = t28 - (t12 * hc_forearm_y + k2 * t14 + k1 * t15 - k4) * sin_1;
+    const double t30 = t24 + t18 * t22;
+    const double hc_upper_arm_z = 0.155 + hc_forearm_z;
+    const double t31 = 0.167 - t21 + (t20 - t27 + t23 * (t25 + (t25 + t18 * t23)));
     /* composite inertia: upper_arm */
-    const double t35 = 0.03 * ((0.62 + 0.4 * t19) * cos_q1 + t28);
-    const double t36 = (0.031 + 0.4 * t16) * cos_q1 + t33 + t35;
+    const double t32 = hc_upper_arm_z + (hc_upper_arm_z + 0.03 * (5.46 + p[0]));
+    const double t33 = 0.031 * cos_q1 + (t29 + hc_forearm_z * t22);
+    const double t34 = t33 + 0.03 * (0.62 * cos_q1 + t30);
+    const double t35 = k5 + (t17 + k1 * (t3 * t12 + k2 * t6 + k1 * t9)) + 0.03 * t32;
     /* mass matrix: columns of shoulder */
-    M[0] = 0.0025 + (t24 + 0.03 * (t23 + (t23 + 0.03 * (5.46 + p[0])))) + (0.0025 + t34);
-    const double t37 = -t36;
-    M[1] = t37;
-    M[3] = t37;
+    M[0] = 0.0025 + t31 + (0.0025 + t35);
+    const double t36 = -t34;
+    M[1] = t36;
+    M[3] = t36;
     /* mass matrix: columns of upper_arm */
-    M[4] = 0.002 + t25 + (t20 + t31 + t26 * (2.0 * t28)) + t34;
+    M[4] = 0.002 + t21 + (t19 + t27 + t22 * (t24 + t30)) + t31;
     /* mass matrix: columns of forearm */
-    const double t38 = t20 + t21;
-    M[8] = t38;
-    const double t39 = t38 + (t26 * t28 + t27 * t29);
-    M[5] = t39;
-    M[7] = t39;
-    const double t40 = t33 + 0.03 * t28;
-    const double t41 = -t40;
-    M[2] = t41;
-    M[6] = t41;
+    const double t37 = t19 + t20;
+    M[8] = t37;
+    const double t38 = t37 + (t22 * t24 + t23 * t25);
+    M[5] = t38;
+    M[7] = t38;
+    const double t39 = t29 + 0.03 * t24;
+    const double t40 = -t39;
+    M[2] = t40;
+    M[6] = t40;
 }
+SYMGEN_PAIRED
 
 /*
  * gravity_force: g = gravity, left-hand side
@@ -300,9 +335,9 @@ void payload_gravity_force(const double q[3], const double p[13], double g[3])
     /* first moment: forearm */
     const double t4 = (0.62 + 0.4 * (2.36 + p[0])) * sin_q1;
     /* gravity: shoulder */
-    g[1] = -9.81 * (t4 + (t3 * sin_1 + t2 * cos_1));
+    g[1] = -9.81 * (t4 + (t2 * cos_1 + sin_1 * t3));
     /* gravity: forearm */
-    g[2] = -(t3 * (9.81 * sin_1) + t2 * (9.81 * cos_1));
+    g[2] = -(t2 * (9.81 * cos_1) + 9.81 * sin_1 * t3);
     /* constant entries */
     g[0] = 0.0;
 }
@@ -310,7 +345,7 @@ void payload_gravity_force(const double q[3], const double p[13], double g[3])
 /*
  * bias_force: h = C v + gravity_force + passive_force
  * From q (3, m or rad), v (3, m/s or rad/s), p (13, SI) to h (3, N or N.m).
- * Plan: recursive, parallel axes merged. Operations: 95 add, 118 mul, 2 sincos.
+ * Plan: recursive, parallel axes merged. Operations: 73 add, 96 mul, 2 sincos.
  */
 void payload_bias_force(const double q[3], const double v[3], const double p[13], double h[3])
 {
@@ -336,67 +371,46 @@ void payload_bias_force(const double q[3], const double v[3], const double p[13]
     const double t13 = p[0] * t8 + k2 * t2 + k1 * t3;
     const double t14 = t4 + p[0] * t9;
     const double t15 = t4 * t7 + k1 * t5 - k2 * t6 + t9 * t10;
-    const double t16 = t4 * t8 + k2 * t5 + k1 * t6 + t9 * t13;
-    const double t17 = 2.36 + p[0];
-    const double t18 = 0.4858 + t14;
-    const double t19 = k3 + (t7 * t10 + k1 * t11 - k2 * t12);
-    const double t20 = t8 * t10 + k2 * t11 + k1 * t12 - k4;
-    const double t21 = 0.141853 + (t1 - p[6] + p[3] * t4 + t4 * t9 + t9 * t14);
-    const double t22 = (0.62 + 0.4 * t17) * sin_q1;
-    const double t23 = sin_q1 * (cos_q1 * (0.165 + 0.16 * t17));
-    const double t24 = 0.4 * cos_q1;
-    const double t25 = 0.4 * sin_q1;
+    const double t16 = 2.36 + p[0];
+    const double t17 = 0.4858 + t14;
+    const double t18 = 0.141853 + (t1 - p[6] + p[3] * t4 + t4 * t9 + t9 * t14);
+    const double t19 = (0.62 + 0.4 * t16) * sin_q1;
+    const double t20 = sin_q1 * (cos_q1 * (0.165 + 0.16 * t16));
+    const double t21 = 0.4 * cos_q1;
+    const double t22 = 0.4 * sin_q1;
+    const double t23 = t17 * cos_1 - t10 * sin_1;
+    const double t24 = t17 * sin_1 + t10 * cos_1;
+    const double t25 = (t18 - (k3 + (t7 * t10 + k1 * t11 - k2 * t12))) * cos_1;
+    const double t26 = t15 + sin_1 * (t25 - sin_1 * (2.0 * t15));
+    const double t27 = (t4 * t8 + k2 * t5 + k1 * t6 + t9 * t13) * sin_1;
     /* motion: shoulder */
-    const double t26 = v[0] * v[0];
+    const double t28 = v[0] * v[0];
     /* motion: upper_arm */
-    const double t27 = v[0] * v[1];
-    const double t28 = 0.03 * t26;
-    const double t29 = v[1] * v[1];
-    const double t30 = t26 + t29;
-    const double t31 = 2.0 * t27;
+    const double t29 = 0.03 * t28;
+    const double t30 = v[1] * v[1];
+    const double t31 = t28 + t30;
+    const double t32 = 2.0 * (v[0] * v[1]);
     /* motion: forearm */
-    const double w_forearm_x = v[0] * cos_1;
-    const double t32 = v[0] * sin_1;
     const double w_forearm_z = v[1] + v[2];
-    const double t33 = sin_1 * t27 + v[2] * t32;
-    const double t34 = cos_1 * t27 + v[2] * w_forearm_x;
-    const double t35 = t25 * t30;
-    const double t36 = 9.81 - t24 * t29;
-    const double a_forearm_z = t24 * t31 - t28;
-    const double t37 = w_forearm_x * w_forearm_x;
-    const double t38 = t32 * t32;
-    const double t39 = w_forearm_z * w_forearm_z;
-    const double t40 = w_forearm_x * t32;
-    const double t41 = w_forearm_x * w_forearm_z;
-    const double t42 = t32 * w_forearm_z;
-    const double t43 = t34 + t41;
-    const double t44 = t33 + t42;
+    const double t33 = w_forearm_z * w_forearm_z;
+    const double t34 = 2.0 * (v[0] * w_forearm_z);
     /* force: forearm */
-    const double t45 = t18 * (t38 + t39) + t10 * t40;
-    const double t46 = t18 * t40 + t10 * (t37 + t39);
-    const double t47 = t16 * (t33 - t42) + t40 * (t19 - t21) - t20 * (t41 - t34);
-    const double t48 = t18 * (cos_1 * t35 + sin_1 * t36);
-    const double t49 = t20 * (t39 - t38) + (t16 * t40 + (t15 * t43 - t19 * t44));
-    const double t50 = t16 * (t37 - t39) + (t15 * t44 - (t21 * t43 + t20 * t40));
-    const double t51 = t48 + t10 * (cos_1 * t36 - sin_1 * t35);
-    const double n_forearm_z = t15 * (t38 - t37) + t47 - t51;
-    const double t52 = sin_1 * t45 + cos_1 * t46;
-    const double t53 = cos_1 * (t49 + t10 * a_forearm_z);
-    const double t54 = t53 - sin_1 * (t50 - t18 * a_forearm_z);
+    const double t35 = t24 * (t28 + t33);
+    const double t36 = (t27 + (t8 * t10 + k2 * t11 + k1 * t12 - k4) * cos_1) * t33;
+    const double t37 = t26 * t28 + (t23 * (t22 * t31) + t24 * (9.81 - t21 * t30));
     /* force: upper_arm */
-    const double t55 = t23 * t31 + (0.031 + 0.4 * t13) * sin_q1 * t29 - t22 * t28;
-    const double t56 = n_forearm_z - (t24 * t52 + t25 * (sin_1 * t46 - cos_1 * t45));
-    const double n_upper_arm_x = t54 + t25 * (t18 * t43 - t10 * t44) + t55;
-    h[0] = n_upper_arm_x + 0.03 * (t52 + t22 * t30) + 0.2 * v[0];
-    h[1] = t56 - (t23 * t26 + 9.81 * t22) + 0.2 * v[1];
-    h[2] = n_forearm_z + 0.1 * v[2];
+    const double t38 = t26 * t34 + t36 + t24 * (t21 * t32 - t29) + t22 * (t23 * t34);
+    const double t39 = t20 * t32 + (0.031 + 0.4 * t13) * sin_q1 * t30 - t19 * t29;
+    h[0] = t38 + t39 + 0.03 * (t35 + t19 * t31) + 0.2 * v[0];
+    h[1] = t22 * (t23 * t33) - t21 * t35 - t37 - (t20 * t28 + 9.81 * t19) + 0.2 * v[1];
+    h[2] = 0.1 * v[2] - t37;
 }
 
 /*
  * inverse_dynamics: tau = mass_matrix a + bias_force
  * From q (3, m or rad), v (3, m/s or rad/s), a (3, m/s^2 or rad/s^2), p (13, SI) to tau (3, N or
  *   N.m).
- * Plan: recursive, parallel axes merged. Operations: 127 add, 146 mul, 2 sincos.
+ * Plan: recursive, parallel axes merged. Operations: 111 add, 131 mul, 2 sincos.
  */
 void payload_inverse_dynamics(
     const double q[3],
@@ -450,66 +464,50 @@ void payload_inverse_dynamics(
     const double t36 = t30 * cos_q1;
     const double t37 = 0.4 * cos_q1;
     const double t38 = 0.4 * sin_q1;
+    const double t39 = t23 * cos_1 - t14 * sin_1;
+    const double t40 = t23 * sin_1 + t14 * cos_1;
+    const double t41 = (t26 - t24) * cos_1 - sin_1 * (2.0 * t19);
+    const double t42 = t19 + sin_1 * t41;
+    const double t43 = t21 * cos_1 - t25 * sin_1;
     /* motion: shoulder */
-    const double t39 = v[0] * v[0];
+    const double t44 = v[0] * v[0];
     /* motion: upper_arm */
-    const double t40 = v[0] * v[1];
-    const double t41 = 0.03 * a[0];
-    const double t42 = 0.03 * t39;
-    const double t43 = v[1] * v[1];
-    const double t44 = t39 + t43;
-    const double t45 = 2.0 * t40;
+    const double t45 = 0.03 * a[0];
+    const double t46 = 0.03 * t44;
+    const double t47 = v[1] * v[1];
+    const double t48 = t44 + t47;
+    const double t49 = 2.0 * (v[0] * v[1]);
     /* motion: forearm */
-    const double w_forearm_x = v[0] * cos_1;
-    const double t46 = v[0] * sin_1;
     const double w_forearm_z = v[1] + v[2];
     const double dw_forearm_z = a[1] + a[2];
-    const double dw_forearm_x = a[0] * cos_1 - sin_1 * t40 - v[2] * t46;
-    const double t47 = cos_1 * t40 + a[0] * sin_1 + v[2] * w_forearm_x;
-    const double t48 = 9.81 - (t37 * t43 + a[1] * t38);
-    const double t49 = a[1] * t37 - t38 * t44 - t41;
-    const double a_forearm_z = t37 * t45 + a[0] * t38 - t42;
-    const double t50 = w_forearm_x * w_forearm_x;
-    const double t51 = t46 * t46;
-    const double t52 = w_forearm_z * w_forearm_z;
-    const double t53 = w_forearm_x * t46;
-    const double t54 = w_forearm_x * w_forearm_z;
-    const double t55 = t46 * w_forearm_z;
-    const double t56 = dw_forearm_z + t53;
-    const double t57 = dw_forearm_z - t53;
-    const double t58 = t47 + t54;
-    const double t59 = dw_forearm_x - t55;
+    const double t50 = w_forearm_z * w_forearm_z;
+    const double t51 = 2.0 * (v[0] * w_forearm_z);
     /* force: forearm */
-    const double t60 = t23 * (t51 + t52) + t14 * t56;
-    const double f_forearm_y = t23 * t57 - t14 * (t50 + t52);
-    const double t61 = t26 * t57 + t24 * t56 - t21 * (dw_forearm_x + t55);
-    const double t62 = t23 * (cos_1 * t49 - sin_1 * t48);
-    const double t63 = t25 * (t52 - t51) + (t24 * t59 + t19 * t58 - t21 * t57);
-    const double t64 = t21 * (t50 - t52) - (t19 * t59 + (t26 * t58 + t25 * t56));
-    const double t65 = t19 * (t51 - t50) + (t61 - t25 * (t54 - t47));
-    const double n_forearm_z = t65 + (t62 - t14 * (cos_1 * t48 + sin_1 * t49));
-    const double t66 = cos_1 * f_forearm_y - sin_1 * t60;
-    const double t67 = cos_1 * (t63 + t14 * a_forearm_z);
-    const double t68 = t67 - sin_1 * (t64 - t23 * a_forearm_z);
-    const double t69 = t37 * t66 + t38 * (cos_1 * t60 + sin_1 * f_forearm_y);
+    const double f_forearm_y = t39 * dw_forearm_z - t40 * (t44 + t50);
+    const double t52 = a[0] * (t26 - cos_1 * t41) + t42 * t51 - t43 * dw_forearm_z;
+    const double t53 = t40 * (9.81 - (t37 * t47 + a[1] * t38));
+    const double t54 = (t21 * sin_1 + t25 * cos_1) * t50 + t52;
+    const double t55 = dw_forearm_z * (t24 + t26) - a[0] * t43 - t42 * t44;
+    const double n_forearm_z = t39 * (a[1] * t37 - t38 * t48 - t45) - t53 + t55;
+    const double n_forearm_x = t54 + t40 * (t37 * t49 + a[0] * t38 - t46);
+    const double t56 = t37 * f_forearm_y + t38 * (t39 * t50 + t40 * dw_forearm_z);
     /* force: upper_arm */
-    const double t70 = a[0] * (0.167 + t27 - cos_q1 * t34) + t35 * t45 - a[1] * t36;
-    const double t71 = a[1] * (0.169 + t27) - a[0] * t36 - t35 * t39;
-    const double t72 = t30 * sin_q1 * t43 + t70 - t33 * t42;
-    const double n_upper_arm_x = t68 + t38 * (t23 * t58 + t14 * t59) + t72;
+    const double t57 = a[0] * (0.167 + t27 - cos_q1 * t34) + t35 * t49 - a[1] * t36;
+    const double t58 = a[1] * (0.169 + t27) - a[0] * t36 - t35 * t44;
+    const double t59 = n_forearm_x + t38 * (t39 * t51 + a[0] * t40);
+    const double t60 = 0.03 * (f_forearm_y + (a[1] * t32 - t33 * t48));
     /* force: shoulder */
-    const double t73 = 0.005 + (t31 + 0.03 * (t29 + (t29 + 0.03 * (5.46 + p[0]))));
-    const double t74 = n_upper_arm_x - 0.03 * (t66 + (a[1] * t32 - t33 * t44));
-    tau[0] = t74 + a[0] * t73 + 0.2 * v[0];
-    tau[1] = n_forearm_z + t69 + (t71 - (t32 * t41 + 9.81 * t33)) + 0.2 * v[1];
-    tau[2] = n_forearm_z + 0.1 * v[2];
+    const double t61 = 0.005 + (t31 + 0.03 * (t29 + (t29 + 0.03 * (5.46 + p[0]))));
+    tau[0] = 0.2 * v[0] + (t59 + (t30 * sin_q1 * t47 + t57 - t33 * t46) - t60 + a[0] * t61);
+    tau[1] = 0.2 * v[1] + (t56 + n_forearm_z + (t58 - (t32 * t45 + 9.81 * t33)));
+    tau[2] = 0.1 * v[2] + n_forearm_z;
 }
 
 /*
  * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (3, m or rad), v (3, m/s or rad/s), tau (3, N or N.m), p (13, SI) to a (3, m/s^2 or
  *   rad/s^2).
- * Plan: factored, parallel axes merged. Operations: 144 add, 166 mul, 3 div, 2 sincos.
+ * Plan: factored, parallel axes merged. Operations: 119 add, 137 mul, 3 div, 2 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
  */
 void payload_forward_dynamics(
@@ -539,104 +537,85 @@ void payload_forward_dynamics(
     const double t11 = k1 * p[10] - k2 * p[11];
     const double t12 = k2 * p[10] + k1 * p[11];
     const double t13 = 0.35 + p[12];
-    const double hc_forearm_y = p[0] * t11 + k1 * t2 - k2 * t3;
-    const double t14 = t2 * t11 + k1 * t5 - k2 * t8;
-    const double t15 = t3 * t11 + k1 * t6 - k2 * t9;
-    const double t16 = p[0] * t12 + k2 * t2 + k1 * t3;
-    const double t17 = t4 + p[0] * t13;
-    const double t18 = t4 * t11 + k1 * t7 - k2 * t10 + t13 * hc_forearm_y;
-    const double t19 = t12 * t16 + k2 * (t2 * t12 + k2 * t5 + k1 * t8);
-    const double t20 = t4 * t12 + k2 * t7 + k1 * t10 + t13 * t16;
-    const double t21 = 2.36 + p[0];
-    const double hc_forearm_x = 0.4858 + t17;
-    const double t22 = k3 + (t11 * hc_forearm_y + k1 * t14 - k2 * t15);
-    const double t23 = t12 * hc_forearm_y + k2 * t14 + k1 * t15 - k4;
-    const double t24 = 0.141853 + (t1 - p[6] + p[3] * t4 + t4 * t13 + t13 * t17);
-    const double t25 = 0.16 * t21;
-    const double t26 = 0.62 + 0.4 * t21;
-    const double t27 = 0.155 + t16;
-    const double t28 = 0.031 + 0.4 * t16;
-    const double t29 = k5 + (t19 + k1 * (t3 * t12 + k2 * t6 + k1 * t9));
-    const double t30 = t26 * sin_q1;
-    const double t31 = cos_q1 * (0.165 + t25);
-    const double t32 = cos_q1 * t31;
-    const double t33 = sin_q1 * t31;
-    const double t34 = 0.4 * cos_q1;
-    const double t35 = 0.4 * sin_q1;
+    const double t14 = p[0] * t11 + k1 * t2 - k2 * t3;
+    const double t15 = t2 * t11 + k1 * t5 - k2 * t8;
+    const double t16 = t3 * t11 + k1 * t6 - k2 * t9;
+    const double t17 = p[0] * t12 + k2 * t2 + k1 * t3;
+    const double t18 = t4 + p[0] * t13;
+    const double t19 = t4 * t11 + k1 * t7 - k2 * t10 + t13 * t14;
+    const double t20 = t12 * t17 + k2 * (t2 * t12 + k2 * t5 + k1 * t8);
+    const double t21 = t4 * t12 + k2 * t7 + k1 * t10 + t13 * t17;
+    const double t22 = 2.36 + p[0];
+    const double t23 = 0.4858 + t18;
+    const double t24 = k3 + (t11 * t14 + k1 * t15 - k2 * t16);
+    const double t25 = t12 * t14 + k2 * t15 + k1 * t16 - k4;
+    const double t26 = 0.141853 + (t1 - p[6] + p[3] * t4 + t4 * t13 + t13 * t18);
+    const double t27 = 0.16 * t22;
+    const double t28 = 0.62 + 0.4 * t22;
+    const double t29 = 0.155 + t17;
+    const double t30 = 0.031 + 0.4 * t17;
+    const double t31 = k5 + (t20 + k1 * (t3 * t12 + k2 * t6 + k1 * t9));
+    const double t32 = t28 * sin_q1;
+    const double t33 = cos_q1 * (0.165 + t27);
+    const double t34 = cos_q1 * t33;
+    const double t35 = sin_q1 * t33;
+    const double t36 = 0.4 * cos_q1;
+    const double t37 = 0.4 * sin_q1;
+    const double hc_forearm_x = t23 * cos_1 - t14 * sin_1;
+    const double hc_forearm_y = t23 * sin_1 + t14 * cos_1;
+    const double t38 = (t26 - t24) * cos_1 - sin_1 * (2.0 * t19);
+    const double t39 = cos_1 * t38;
+    const double t40 = t19 + sin_1 * t38;
+    const double t41 = t21 * cos_1 - t25 * sin_1;
     /* motion: shoulder */
-    const double t36 = v[0] * v[0];
+    const double t42 = v[0] * v[0];
     /* motion: upper_arm */
-    const double t37 = v[0] * v[1];
-    const double t38 = 0.03 * t36;
-    const double t39 = v[1] * v[1];
-    const double t40 = t36 + t39;
-    const double t41 = 2.0 * t37;
+    const double t43 = 0.03 * t42;
+    const double t44 = v[1] * v[1];
+    const double t45 = t42 + t44;
+    const double t46 = 2.0 * (v[0] * v[1]);
     /* motion: forearm */
-    const double w_forearm_x = v[0] * cos_1;
-    const double t42 = v[0] * sin_1;
     const double w_forearm_z = v[1] + v[2];
-    const double t43 = sin_1 * t37 + v[2] * t42;
-    const double t44 = cos_1 * t37 + v[2] * w_forearm_x;
-    const double t45 = t35 * t40;
-    const double t46 = 9.81 - t34 * t39;
-    const double a_forearm_z = t34 * t41 - t38;
-    const double t47 = w_forearm_x * w_forearm_x;
-    const double t48 = t42 * t42;
-    const double t49 = w_forearm_z * w_forearm_z;
-    const double t50 = w_forearm_x * t42;
-    const double t51 = w_forearm_x * w_forearm_z;
-    const double t52 = t42 * w_forearm_z;
-    const double t53 = t44 + t51;
-    const double t54 = t43 + t52;
+    const double t47 = w_forearm_z * w_forearm_z;
+    const double t48 = 2.0 * (v[0] * w_forearm_z);
     /* force: forearm */
-    const double t55 = hc_forearm_x * (t48 + t49) + hc_forearm_y * t50;
-    const double t56 = hc_forearm_x * t50 + hc_forearm_y * (t47 + t49);
-    const double t57 = t22 - t24;
-    const double t58 = t20 * (t43 - t52) + t50 * t57 - t23 * (t51 - t44);
-    const double t59 = hc_forearm_x * (cos_1 * t45 + sin_1 * t46);
-    const double t60 = t23 * (t49 - t48) + (t20 * t50 + (t18 * t53 - t22 * t54));
-    const double t61 = t20 * (t47 - t49) + (t18 * t54 - (t24 * t53 + t23 * t50));
-    const double t62 = t59 + hc_forearm_y * (cos_1 * t46 - sin_1 * t45);
-    const double n_forearm_z = t18 * (t48 - t47) + t58 - t62;
-    const double t63 = sin_1 * t55 + cos_1 * t56;
-    const double t64 = cos_1 * (t60 + hc_forearm_y * a_forearm_z);
-    const double t65 = t64 - sin_1 * (t61 - hc_forearm_x * a_forearm_z);
+    const double t49 = hc_forearm_y * (t42 + t47);
+    const double t50 = t40 * t48 + (t21 * sin_1 + t25 * cos_1) * t47;
+    const double t51 = hc_forearm_x * (t37 * t45) + hc_forearm_y * (9.81 - t36 * t44);
+    const double t52 = t40 * t42 + t51;
+    const double n_forearm_x = t50 + hc_forearm_y * (t36 * t46 - t43);
     /* force: upper_arm */
-    const double t66 = t65 + t35 * (hc_forearm_x * t53 - hc_forearm_y * t54);
-    const double t67 = n_forearm_z - (t34 * t63 + t35 * (sin_1 * t56 - cos_1 * t55));
-    const double n_upper_arm_x = t66 + (t33 * t41 + t28 * sin_q1 * t39 - t30 * t38);
-    const double t68 = n_upper_arm_x + 0.03 * (t63 + t30 * t40) + 0.2 * v[0];
-    const double t69 = tau[2] - (n_forearm_z + 0.1 * v[2]);
+    const double t53 = t35 * t46 + t30 * sin_q1 * t44 - t32 * t43;
+    const double t54 = t37 * (hc_forearm_x * t47) - t36 * t49 - t52;
+    const double n_upper_arm_x = n_forearm_x + t37 * (hc_forearm_x * t48) + t53;
+    const double t55 = n_upper_arm_x + 0.03 * (t49 + t32 * t45) + 0.2 * v[0];
+    const double t56 = tau[2] - (0.1 * v[2] - t52);
     /* composite inertia: forearm */
-    const double t70 = hc_forearm_x * cos_1 - hc_forearm_y * sin_1;
-    const double t71 = hc_forearm_x * sin_1 + hc_forearm_y * cos_1;
-    const double t72 = cos_1 * (cos_1 * t57 + sin_1 * (2.0 * t18));
-    const double t73 = t20 * cos_1 - t23 * sin_1;
-    const double t74 = 0.167 + t25 - t32 + (t24 + t72 + t35 * (2.0 * t71));
+    const double t57 = 0.167 + t27 - t34 + (t26 - t39 + t37 * (2.0 * hc_forearm_y));
     /* mass matrix: columns of shoulder */
-    const double t75 = 0.0025 + (t29 + 0.03 * (t27 + (t27 + 0.03 * (5.46 + p[0]))));
+    const double t58 = 0.0025 + (t31 + 0.03 * (t29 + (t29 + 0.03 * (5.46 + p[0]))));
     /* mass matrix: columns of forearm */
-    const double t76 = t22 + t24;
-    const double t77 = t76 + (t34 * t70 + t35 * t71);
-    const double t78 = t73 + 0.03 * t70;
+    const double t59 = t24 + t26;
+    const double t60 = t59 + (t36 * hc_forearm_x + t37 * hc_forearm_y);
+    const double t61 = t41 + 0.03 * hc_forearm_x;
     /* factor: LᵀDL */
-    const double t79 = 1.0 / t76;
-    const double t80 = t77 * t79;
-    const double t81 = 0.002 + t32 + (t22 - t72 + t34 * (2.0 * t70)) + t74 - t77 * t80;
-    const double t82 = t78 * t80 - (t28 * cos_q1 + t73 + 0.03 * (t26 * cos_q1 + t70));
-    const double t83 = t78 * t79;
-    const double t84 = 1.0 / t81;
-    const double t85 = t82 * t84;
-    const double t86 = t75 + (0.0025 + t74) - t78 * t83 - t82 * t85;
+    const double t62 = 1.0 / t59;
+    const double t63 = t60 * t62;
+    const double t64 = 0.002 + t34 + (t24 + t39 + t36 * (2.0 * hc_forearm_x)) + t57 - t60 * t63;
+    const double t65 = t61 * t63 - (t30 * cos_q1 + t41 + 0.03 * (t28 * cos_q1 + hc_forearm_x));
+    const double t66 = t61 * t62;
+    const double t67 = 1.0 / t64;
+    const double t68 = t65 * t67;
+    const double t69 = t58 + (0.0025 + t57) - t61 * t66 - t65 * t68;
     /* solve */
-    const double t87 = tau[1] - (t67 - (t33 * t36 + 9.81 * t30) + 0.2 * v[1]) - t69 * t80;
-    const double t88 = 1.0 / t86 * (tau[0] - t68 + t69 * t83 - t85 * t87);
-    a[0] = t88;
-    const double t89 = t84 * t87 - t85 * t88;
-    a[1] = t89;
-    a[2] = t69 * t79 - t80 * t89 + t83 * t88;
+    const double t70 = tau[1] - (t54 - (t35 * t42 + 9.81 * t32) + 0.2 * v[1]) - t56 * t63;
+    const double t71 = 1.0 / t69 * (tau[0] - t55 + t56 * t66 - t68 * t70);
+    a[0] = t71;
+    const double t72 = t67 * t70 - t68 * t71;
+    a[1] = t72;
+    a[2] = t56 * t62 - t63 * t72 + t66 * t71;
     /* no answer unless these are positive */
-    if (!(t86 > 0.0 && t81 > 0.0 && t76 > 0.0)) {
+    if (!(t69 > 0.0 && t64 > 0.0 && t59 > 0.0)) {
         for (int i = 0; i < 3; ++i) {
             a[i] = (double)NAN;
         }

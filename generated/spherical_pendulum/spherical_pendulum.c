@@ -10,6 +10,18 @@
 #include <math.h>
 #include <stdint.h>
 
+/* For gcc: registers are renamed, which saves moves around fused operations. Where a symmetric matrix is
+ * written, scalars are not paired into vectors: gathering the pairs costs more than they save. */
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC optimize("rename-registers")
+#define SYMGEN_PRAGMA(text) _Pragma(#text)
+#define SYMGEN_UNPAIRED SYMGEN_PRAGMA(GCC push_options) SYMGEN_PRAGMA(GCC optimize("no-tree-slp-vectorize"))
+#define SYMGEN_PAIRED SYMGEN_PRAGMA(GCC pop_options)
+#else
+#define SYMGEN_UNPAIRED
+#define SYMGEN_PAIRED
+#endif
+
 /* 2/pi in words of 32 bits, after three words of nothing. */
 static const uint32_t two_over_pi[41] = {
     0x00000000u, 0x00000000u, 0x00000000u, 0xA2F9836Eu, 0x4E441529u, 0xFC2757D1u,
@@ -91,48 +103,68 @@ static unsigned reduce_large(double x, double *r, double *t)
     return x < 0.0 ? 4u - n % 4u : n;
 }
 
-/* The sine (*s) and cosine (*c) of x in radians; NaN for infinities and NaN. Error below 1 ulp.
- * |x| <= 1.0e5: x minus a multiple of pi/2 given in three parts (Cody and Waite); beyond, and
- * where too little is left of x, in integers. Same bits everywhere when contraction is off. */
-static void sine_cosine(double x, double *s, double *c)
+/* What is rarely taken stays apart, so that the rest needs few registers. */
+#if defined(__GNUC__)
+#define SYMGEN_RARE static __attribute__((noinline, cold))
+#else
+#define SYMGEN_RARE static
+#endif
+
+/* The sine (*s) and cosine (*c) of r - t + quadrant pi/2, |r| <= pi/4, t the tail of r. (Subtracting a
+ * tail keeps the sign of a zero: -0 - 0 is -0, -0 + 0 is not.) */
+static inline void sine_cosine_reduced(double r, double t, unsigned quadrant, double *s, double *c)
 {
     static const double sign[4] = {1.0, 1.0, -1.0, -1.0};
-    const double shifter = 6755399441055744.0; /* adding it rounds to an integer */
-    const double n = (x * 0.63661977236758134 + shifter) - shifter;
-    const double r1 = x - n * 1.5707963267923333;
-    const double w2 = n * 2.5633441514780767e-12;
-    const double r2 = r1 - w2;
-    const double w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
-    double r = r2 - w3;
-    double t = (r2 - r) - w3;
-    double z, w, half, one, odd, even;
-    unsigned quadrant;
-    if (fabs(x) <= 1.0e5 && fabs(r) >= 1.3877787807814457e-17 * fabs(n)) {
-        quadrant = (unsigned)(int32_t)n;
-    } else if (fabs(x) <= 1.7976931348623157e308) {
-        quadrant = reduce_large(x, &r, &t);
-    } else {
-        *s = x - x;
-        *c = x - x;
-        return;
-    }
-    z = r * r;
-    w = z * z;
-    half = 0.5 * z;
-    one = 1.0 - half;
+    const double z = r * r;
+    const double w = z * z;
+    const double half = 0.5 * z;
+    const double one = 1.0 - half;
+    double odd, even;
     odd = (-0.16666666666666630 + 0.0083333333333218407 * z)
         + w * ((-0.00019841269829358525 + 2.7557313538512764e-6 * z)
         + w * (-2.5050734389013597e-8 + 1.5895433277812973e-10 * z));
     even = (0.041666666666666595 - 0.0013888888888873296 * z)
         + w * ((2.4801587288953846e-5 - 2.7557314198804994e-7 * z)
         + w * (2.0875702453515863e-9 - 1.1358577036971123e-11 * z));
-    odd = r + (r * z * odd + t * one);
-    even = one + (((1.0 - one) - half) + (w * even - r * t));
-    odd = x == 0.0 ? x : odd; /* keeps the sign of zero */
+    odd = r - (t * one - r * z * odd);
+    even = one + (((1.0 - one) - half) + (w * even + r * t));
     {
         const double value[2] = {odd, even}; /* tables where a branch would be mispredicted */
         *s = sign[quadrant & 3u] * value[quadrant & 1u];
         *c = sign[(quadrant + 1u) & 3u] * value[(quadrant + 1u) & 1u];
+    }
+}
+
+/* The same of any x in radians, reduced in integers; NaN for infinities and NaN. */
+SYMGEN_RARE void sine_cosine_slowly(double x, double *s, double *c)
+{
+    if (fabs(x) <= 1.7976931348623157e308) {
+        double r, t;
+        const unsigned quadrant = reduce_large(x, &r, &t);
+        sine_cosine_reduced(r, -t, quadrant, s, c);
+    } else {
+        *s = x - x;
+        *c = x - x;
+    }
+}
+
+/* The sine (*s) and cosine (*c) of x in radians; NaN for infinities and NaN. Error below 1 ulp.
+ * |x| <= 1.0e5: x minus a multiple of pi/2 given in three parts (Cody and Waite); beyond, and
+ * where too little is left of x, in integers. Same bits everywhere when contraction is off. */
+static inline void sine_cosine(double x, double *s, double *c)
+{
+    const double shifter = 6755399441055744.0; /* adding it rounds to an integer */
+    const double n = (x * 0.63661977236758134 + shifter) - shifter;
+    const double r1 = x - n * 1.5707963267923333;
+    const double w2 = n * 2.5633441514780767e-12;
+    const double r2 = r1 - w2;
+    const double w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
+    const double r = r2 - w3;
+    const double t = w3 - (r2 - r);
+    if (fabs(x) <= 1.0e5 && fabs(r) >= 1.3877787807814457e-17 * fabs(n)) {
+        sine_cosine_reduced(r, t, (unsigned)(int32_t)n, s, c);
+    } else {
+        sine_cosine_slowly(x, s, c);
     }
 }
 
@@ -550,6 +582,7 @@ void spherical_pendulum_natural_bias_acceleration(const double q[4], const doubl
  * From q (4, m or rad) to M (3 x 3, SI).
  * Plan: composite. Operations: none.
  */
+SYMGEN_UNPAIRED
 void spherical_pendulum_mass_matrix(const double q[4], double M[9])
 {
     (void)q;
@@ -563,6 +596,7 @@ void spherical_pendulum_mass_matrix(const double q[4], double M[9])
     M[7] = 0.0;
     M[8] = 0.004;
 }
+SYMGEN_PAIRED
 
 /*
  * coriolis_matrix: C = R^T Mn dR/dt
@@ -577,10 +611,10 @@ void spherical_pendulum_coriolis_matrix(const double q[4], const double v[3], do
     C[6] = -t1;
     const double t2 = 0.002 * v[0];
     C[7] = t2;
-    /* Coriolis matrix: columns of bob */
+    /* Coriolis matrix: columns and rows of bob */
+    C[5] = -t2;
     const double t3 = 1.002 * v[2];
     C[3] = t3;
-    C[5] = -t2;
     C[1] = -t3;
     /* constant entries */
     C[0] = 0.0;

@@ -10,6 +10,18 @@
 #include <math.h>
 #include <stdint.h>
 
+/* For gcc: registers are renamed, which saves moves around fused operations. Where a symmetric matrix is
+ * written, scalars are not paired into vectors: gathering the pairs costs more than they save. */
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC optimize("rename-registers")
+#define SYMGEN_PRAGMA(text) _Pragma(#text)
+#define SYMGEN_UNPAIRED SYMGEN_PRAGMA(GCC push_options) SYMGEN_PRAGMA(GCC optimize("no-tree-slp-vectorize"))
+#define SYMGEN_PAIRED SYMGEN_PRAGMA(GCC pop_options)
+#else
+#define SYMGEN_UNPAIRED
+#define SYMGEN_PAIRED
+#endif
+
 /* 2/pi in words of 32 bits, after three words of nothing. */
 static const uint32_t two_over_pi[41] = {
     0x00000000u, 0x00000000u, 0x00000000u, 0xA2F9836Eu, 0x4E441529u, 0xFC2757D1u,
@@ -91,48 +103,68 @@ static unsigned reduce_large(double x, double *r, double *t)
     return x < 0.0 ? 4u - n % 4u : n;
 }
 
-/* The sine (*s) and cosine (*c) of x in radians; NaN for infinities and NaN. Error below 1 ulp.
- * |x| <= 1.0e5: x minus a multiple of pi/2 given in three parts (Cody and Waite); beyond, and
- * where too little is left of x, in integers. Same bits everywhere when contraction is off. */
-static void sine_cosine(double x, double *s, double *c)
+/* What is rarely taken stays apart, so that the rest needs few registers. */
+#if defined(__GNUC__)
+#define SYMGEN_RARE static __attribute__((noinline, cold))
+#else
+#define SYMGEN_RARE static
+#endif
+
+/* The sine (*s) and cosine (*c) of r - t + quadrant pi/2, |r| <= pi/4, t the tail of r. (Subtracting a
+ * tail keeps the sign of a zero: -0 - 0 is -0, -0 + 0 is not.) */
+static inline void sine_cosine_reduced(double r, double t, unsigned quadrant, double *s, double *c)
 {
     static const double sign[4] = {1.0, 1.0, -1.0, -1.0};
-    const double shifter = 6755399441055744.0; /* adding it rounds to an integer */
-    const double n = (x * 0.63661977236758134 + shifter) - shifter;
-    const double r1 = x - n * 1.5707963267923333;
-    const double w2 = n * 2.5633441514780767e-12;
-    const double r2 = r1 - w2;
-    const double w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
-    double r = r2 - w3;
-    double t = (r2 - r) - w3;
-    double z, w, half, one, odd, even;
-    unsigned quadrant;
-    if (fabs(x) <= 1.0e5 && fabs(r) >= 1.3877787807814457e-17 * fabs(n)) {
-        quadrant = (unsigned)(int32_t)n;
-    } else if (fabs(x) <= 1.7976931348623157e308) {
-        quadrant = reduce_large(x, &r, &t);
-    } else {
-        *s = x - x;
-        *c = x - x;
-        return;
-    }
-    z = r * r;
-    w = z * z;
-    half = 0.5 * z;
-    one = 1.0 - half;
+    const double z = r * r;
+    const double w = z * z;
+    const double half = 0.5 * z;
+    const double one = 1.0 - half;
+    double odd, even;
     odd = (-0.16666666666666630 + 0.0083333333333218407 * z)
         + w * ((-0.00019841269829358525 + 2.7557313538512764e-6 * z)
         + w * (-2.5050734389013597e-8 + 1.5895433277812973e-10 * z));
     even = (0.041666666666666595 - 0.0013888888888873296 * z)
         + w * ((2.4801587288953846e-5 - 2.7557314198804994e-7 * z)
         + w * (2.0875702453515863e-9 - 1.1358577036971123e-11 * z));
-    odd = r + (r * z * odd + t * one);
-    even = one + (((1.0 - one) - half) + (w * even - r * t));
-    odd = x == 0.0 ? x : odd; /* keeps the sign of zero */
+    odd = r - (t * one - r * z * odd);
+    even = one + (((1.0 - one) - half) + (w * even + r * t));
     {
         const double value[2] = {odd, even}; /* tables where a branch would be mispredicted */
         *s = sign[quadrant & 3u] * value[quadrant & 1u];
         *c = sign[(quadrant + 1u) & 3u] * value[(quadrant + 1u) & 1u];
+    }
+}
+
+/* The same of any x in radians, reduced in integers; NaN for infinities and NaN. */
+SYMGEN_RARE void sine_cosine_slowly(double x, double *s, double *c)
+{
+    if (fabs(x) <= 1.7976931348623157e308) {
+        double r, t;
+        const unsigned quadrant = reduce_large(x, &r, &t);
+        sine_cosine_reduced(r, -t, quadrant, s, c);
+    } else {
+        *s = x - x;
+        *c = x - x;
+    }
+}
+
+/* The sine (*s) and cosine (*c) of x in radians; NaN for infinities and NaN. Error below 1 ulp.
+ * |x| <= 1.0e5: x minus a multiple of pi/2 given in three parts (Cody and Waite); beyond, and
+ * where too little is left of x, in integers. Same bits everywhere when contraction is off. */
+static inline void sine_cosine(double x, double *s, double *c)
+{
+    const double shifter = 6755399441055744.0; /* adding it rounds to an integer */
+    const double n = (x * 0.63661977236758134 + shifter) - shifter;
+    const double r1 = x - n * 1.5707963267923333;
+    const double w2 = n * 2.5633441514780767e-12;
+    const double r2 = r1 - w2;
+    const double w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
+    const double r = r2 - w3;
+    const double t = w3 - (r2 - r);
+    if (fabs(x) <= 1.0e5 && fabs(r) >= 1.3877787807814457e-17 * fabs(n)) {
+        sine_cosine_reduced(r, t, (unsigned)(int32_t)n, s, c);
+    } else {
+        sine_cosine_slowly(x, s, c);
     }
 }
 
@@ -144,7 +176,7 @@ typedef double four __attribute__((vector_size(32)));
 typedef double four_apart __attribute__((vector_size(32), aligned(8), may_alias));
 typedef int64_t four_bits __attribute__((vector_size(32)));
 
-static __attribute__((noinline)) void four_slowly(const double *x, double *s, double *c)
+SYMGEN_RARE void four_slowly(const double *x, double *s, double *c)
 {
     for (int i = 0; i < 4; ++i) {
         sine_cosine(x[i], &s[i], &c[i]);
@@ -163,7 +195,7 @@ static void sines_cosines(const double *angles, double *sines, double *cosines, 
         const four r2 = r1 - w2;
         const four w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
         const four r = r2 - w3;
-        const four t = (r2 - r) - w3;
+        const four t = w3 - (r2 - r);
         const four z = r * r;
         const four w = z * z;
         const four half = 0.5 * z;
@@ -180,9 +212,9 @@ static void sines_cosines(const double *angles, double *sines, double *cosines, 
         even = (0.041666666666666595 - 0.0013888888888873296 * z)
         + w * ((2.4801587288953846e-5 - 2.7557314198804994e-7 * z)
         + w * (2.0875702453515863e-9 - 1.1358577036971123e-11 * z));
-        odd = r + (r * z * odd + t * one);
-        even = one + (((1.0 - one) - half) + (w * even - r * t));
-        sine = (four_bits)odd | ((four_bits)x & (x == 0.0));
+        odd = r - (t * one - r * z * odd);
+        even = one + (((1.0 - one) - half) + (w * even + r * t));
+        sine = (four_bits)odd;
         cosine = (four_bits)even;
         swap = (sine ^ cosine) & -(turn & 1);
         *(four_apart *)(sines + i) = (four)(sine ^ swap ^ ((turn & 2) << 62));
@@ -622,6 +654,7 @@ void universal_shaft_natural_bias_acceleration(const double q[3], const double v
  * From q (3, m or rad) to M (3 x 3, SI).
  * Plan: composite. Operations: 7 add, 7 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void universal_shaft_mass_matrix(const double q[3], double M[9])
 {
     const double angles[4] = {q[1], q[2], 0.0, 0.0};
@@ -652,11 +685,12 @@ void universal_shaft_mass_matrix(const double q[3], double M[9])
     M[7] = 0.0;
     M[8] = 0.185;
 }
+SYMGEN_PAIRED
 
 /*
  * coriolis_matrix: C = R^T Mn dR/dt
  * From q (3, m or rad), v (3, m/s or rad/s) to C (3 x 3, SI).
- * Plan: composite. Operations: 21 add, 54 mul, 2 sincos.
+ * Plan: composite. Operations: 17 add, 28 mul, 2 sincos.
  */
 void universal_shaft_coriolis_matrix(const double q[3], const double v[3], double C[9])
 {
@@ -667,41 +701,33 @@ void universal_shaft_coriolis_matrix(const double q[3], const double v[3], doubl
     const double cos_q1 = cosines[0];
     const double sin_q2 = sines[1];
     const double cos_q2 = cosines[1];
+    const double t1 = 0.182 * cos_q2;
+    const double t2 = cos_q2 * t1;
+    const double t3 = 0.0015 + t2;
+    const double t4 = 0.1835 - t2;
+    const double t5 = sin_q2 * t1;
     /* velocity: output_1 */
-    const double t1 = v[0] * sin_q1;
-    const double t2 = v[0] * cos_q1;
+    const double t6 = v[0] * sin_q1;
+    const double t7 = v[0] * cos_q1;
     /* velocity: output */
-    const double t3 = cos_q2 * t2 + v[1] * sin_q2;
-    const double t4 = v[1] * cos_q2 - sin_q2 * t2;
-    const double t5 = v[2] + t1;
-    const double t6 = 0.0015 * t5;
-    const double t7 = 0.1835 * t5;
-    const double t8 = 0.1835 * t4;
-    const double t9 = 0.0015 * t3;
-    /* composite inertia and momentum: output */
-    const double t10 = sin_q2 * t7;
-    const double t11 = cos_q2 * t7;
-    const double t12 = cos_q2 * t6;
-    const double t13 = sin_q2 * t6;
-    const double t14 = sin_q2 * t12 - cos_q2 * t10;
-    const double t15 = 0.182 * cos_q2;
-    /* composite inertia and momentum: output_1 */
-    const double t16 = sin_q1 * (cos_q1 * (cos_q2 * t8 + sin_q2 * t9) + sin_q1 * t14);
-    /* Coriolis matrix: columns of input */
-    C[0] = sin_q2 * t11 - cos_q2 * t13 + (t16 - cos_q1 * (sin_q1 * (0.0015 * v[1])));
-    C[3] = sin_q1 * (0.0015 * t2) - cos_q1 * (cos_q2 * t11 + sin_q2 * t13);
-    C[6] = t8 * (cos_q1 * cos_q2) + t9 * (cos_q1 * sin_q2);
-    /* Coriolis matrix: columns of output_1 */
-    const double t17 = 0.185 * t2 - (cos_q2 * t9 - sin_q2 * t8);
-    C[7] = t17;
-    C[4] = t14 + t1 * (sin_q2 * t15);
-    const double t18 = sin_q2 * t10 + cos_q2 * t12 - t1 * (0.185 - cos_q2 * t15);
-    C[1] = sin_q1 * t17 + cos_q1 * t18;
-    /* Coriolis matrix: columns of output */
-    const double t19 = 0.0015 * t4;
-    const double t20 = 0.1835 * t3;
-    C[5] = sin_q2 * t19 - cos_q2 * t20;
-    C[2] = cos_q1 * (cos_q2 * t19 + sin_q2 * t20);
+    const double t8 = v[2] + t6;
+    const double t9 = t5 * t8;
+    const double t10 = t5 * t7;
+    const double t11 = t10 - v[1] * t3;
+    const double t12 = v[1] * t5;
+    /* velocity moments: output_1 */
+    C[0] = cos_q1 * (cos_q1 * t9 - sin_q1 * (0.0015 * v[1] + t11));
+    /* Coriolis matrix: columns and rows of input */
+    C[3] = sin_q1 * (0.0015 * t7) - cos_q1 * (t3 * t8);
+    /* Coriolis matrix: columns and rows of output_1 */
+    const double t13 = 0.185 * t7 - (t4 * t7 - t12);
+    C[7] = t13;
+    C[4] = t5 * t6 - t9;
+    C[1] = sin_q1 * t13 + cos_q1 * (t4 * t8 - t6 * (0.185 - t2));
+    /* Coriolis matrix: columns and rows of output */
+    C[5] = -(t12 + t3 * t7);
+    C[2] = cos_q1 * (t10 + v[1] * t4);
+    C[6] = -cos_q1 * t11;
     /* constant entries */
     C[8] = 0.0;
 }
@@ -744,7 +770,7 @@ void universal_shaft_passive_force(const double q[3], const double v[3], double 
 /*
  * bias_force: h = C v + gravity_force + passive_force
  * From q (3, m or rad), v (3, m/s or rad/s) to h (3, N or N.m).
- * Plan: recursive. Operations: 21 add, 36 mul, 2 sincos.
+ * Plan: recursive. Operations: 21 add, 35 mul, 2 sincos.
  */
 void universal_shaft_bias_force(const double q[3], const double v[3], double h[3])
 {
@@ -755,35 +781,38 @@ void universal_shaft_bias_force(const double q[3], const double v[3], double h[3
     const double cos_q1 = cosines[0];
     const double sin_q2 = sines[1];
     const double cos_q2 = cosines[1];
+    const double t1 = 0.45 * sin_q2;
+    const double t2 = 0.182 * cos_q2;
+    const double t3 = cos_q2 * t2;
+    const double t4 = 0.0015 + t3;
+    const double t5 = sin_q2 * t2;
     /* motion: output_1 */
     const double w_output_1_x = v[0] * sin_q1;
     const double w_output_1_y = v[0] * cos_q1;
-    const double dw_output_1_x = v[1] * w_output_1_y;
-    const double t1 = v[1] * w_output_1_x;
+    const double t6 = v[1] * w_output_1_x;
+    const double a_output_1_x = 9.81 * sin_q1;
+    const double t7 = w_output_1_x * w_output_1_y;
     /* motion: output */
-    const double w_output_x = cos_q2 * w_output_1_y + v[1] * sin_q2;
-    const double w_output_y = v[1] * cos_q2 - sin_q2 * w_output_1_y;
     const double w_output_z = v[2] + w_output_1_x;
-    const double t2 = w_output_x * w_output_y;
+    const double t8 = v[1] * w_output_z;
+    const double t9 = w_output_1_y * w_output_z;
+    const double t10 = t9 - (t7 - t9);
+    const double t11 = t8 + (t8 - 2.0 * t6);
     /* force: output */
-    const double t3 = v[2] * w_output_y - cos_q2 * t1 + w_output_y * w_output_z;
-    const double n_output_x = 0.0015 * t3;
-    const double t4 = w_output_x * w_output_z - (sin_q2 * t1 - v[2] * w_output_x);
-    const double n_output_y = 4.4145 * sin_q1 - 0.1835 * t4;
-    const double t5 = 0.1835 * (dw_output_1_x + t2) - 0.0015 * (t2 - dw_output_1_x);
-    const double n_output_z = t5 + 0.45 * (sin_q2 * (9.81 * cos_q1));
+    const double t12 = t5 * (v[1] * v[1] - w_output_1_y * w_output_1_y);
+    const double n_output_z = t4 * (2.0 * (v[1] * w_output_1_y)) + t12 + t1 * (9.81 * cos_q1);
     /* force: output_1 */
-    const double t6 = sin_q2 * n_output_x + cos_q2 * n_output_y;
-    const double n_output_1_y = cos_q2 * n_output_x - sin_q2 * n_output_y - 0.003 * t1;
+    const double n_output_y = 0.45 * cos_q2 * a_output_1_x - (t4 * t10 + t5 * t11);
+    const double n_output_1_y = (0.1835 - t3) * t11 + t5 * t10 - t1 * a_output_1_x - 0.003 * t6;
     h[0] = sin_q1 * n_output_z + cos_q1 * n_output_1_y;
-    h[1] = t6 + 0.0015 * (w_output_1_x * w_output_1_y) + (0.01 * v[1] + 0.5 * q[1]);
+    h[1] = n_output_y + 0.0015 * t7 + (0.01 * v[1] + 0.5 * q[1]);
     h[2] = n_output_z + (0.01 * v[2] + 0.5 * q[2]);
 }
 
 /*
  * inverse_dynamics: tau = mass_matrix a + bias_force
  * From q (3, m or rad), v (3, m/s or rad/s), a (3, m/s^2 or rad/s^2) to tau (3, N or N.m).
- * Plan: recursive, inertia as given. Operations: 29 add, 39 mul, 2 sincos.
+ * Plan: recursive. Operations: 30 add, 37 mul, 2 sincos.
  */
 void universal_shaft_inverse_dynamics(const double q[3], const double v[3], const double a[3], double tau[3])
 {
@@ -794,38 +823,44 @@ void universal_shaft_inverse_dynamics(const double q[3], const double v[3], cons
     const double cos_q1 = cosines[0];
     const double sin_q2 = sines[1];
     const double cos_q2 = cosines[1];
+    const double t1 = 0.45 * sin_q2;
+    const double t2 = 0.182 * cos_q2;
+    const double t3 = cos_q2 * t2;
+    const double t4 = 0.0015 + t3;
+    const double t5 = 0.1835 - t3;
+    const double t6 = sin_q2 * t2;
     /* motion: output_1 */
     const double w_output_1_x = v[0] * sin_q1;
     const double w_output_1_y = v[0] * cos_q1;
-    const double dw_output_1_y = a[0] * cos_q1 - v[1] * w_output_1_x;
+    const double t7 = v[1] * w_output_1_y;
+    const double t8 = v[1] * w_output_1_x;
+    const double a_output_1_x = 9.81 * sin_q1;
+    const double t9 = a[1] + w_output_1_x * w_output_1_y;
+    const double t10 = t8 - (a[0] * cos_q1 - t8);
     /* motion: output */
-    const double w_output_x = cos_q2 * w_output_1_y + v[1] * sin_q2;
-    const double w_output_y = v[1] * cos_q2 - sin_q2 * w_output_1_y;
     const double w_output_z = v[2] + w_output_1_x;
-    const double dw_output_z = a[2] + (a[0] * sin_q1 + v[1] * w_output_1_y);
-    const double dw_output_x = cos_q2 * dw_output_1_y + a[1] * sin_q2 + v[2] * w_output_y;
-    const double dw_output_y = a[1] * cos_q2 - sin_q2 * dw_output_1_y - v[2] * w_output_x;
-    const double t1 = w_output_x * w_output_y;
-    const double t2 = w_output_x * w_output_z;
-    const double t3 = w_output_y * w_output_z;
+    const double dw_output_z = a[2] + (a[0] * sin_q1 + t7);
+    const double t11 = v[1] * w_output_z;
+    const double t12 = w_output_1_y * w_output_z;
+    const double t13 = t12 - (t9 - t12);
+    const double t14 = t11 + (t11 - t10);
     /* force: output */
-    const double n_output_x = 0.0015 * (dw_output_x + t3 - (t3 - dw_output_x));
-    const double t4 = 0.0015 * (dw_output_y + t2) - 0.1835 * (t2 - dw_output_y);
-    const double n_output_y = t4 + 4.4145 * sin_q1;
-    const double t5 = 0.1835 * (dw_output_z + t1) - 0.0015 * (t1 - dw_output_z);
-    const double n_output_z = t5 + 0.45 * (sin_q2 * (9.81 * cos_q1));
+    const double t15 = t4 * (t7 + dw_output_z) - t5 * (t7 - dw_output_z);
+    const double t16 = t6 * (v[1] * v[1] - w_output_1_y * w_output_1_y) + t15;
+    const double n_output_z = t16 + t1 * (9.81 * cos_q1);
     /* force: output_1 */
-    const double t6 = cos_q1 * (cos_q2 * n_output_x - sin_q2 * n_output_y);
+    const double n_output_y = 0.45 * cos_q2 * a_output_1_x - (t4 * t13 + t6 * t14);
+    const double n_output_1_y = t5 * t14 + t6 * t13 - t1 * a_output_1_x - 0.0015 * t10;
     /* force: input */
-    tau[0] = sin_q1 * n_output_z + t6 + 0.002 * a[0];
-    tau[1] = sin_q2 * n_output_x + cos_q2 * n_output_y + (0.01 * v[1] + 0.5 * q[1]);
+    tau[0] = sin_q1 * n_output_z + cos_q1 * n_output_1_y + 0.002 * a[0];
+    tau[1] = n_output_y + 0.0015 * t9 + (0.01 * v[1] + 0.5 * q[1]);
     tau[2] = n_output_z + (0.01 * v[2] + 0.5 * q[2]);
 }
 
 /*
  * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (3, m or rad), v (3, m/s or rad/s), tau (3, N or N.m) to a (3, m/s^2 or rad/s^2).
- * Plan: articulated. Operations: 32 add, 54 mul, 2 div, 2 sincos.
+ * Plan: articulated. Operations: 31 add, 48 mul, 2 div, 2 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
  */
 void universal_shaft_forward_dynamics(const double q[3], const double v[3], const double tau[3], double a[3])
@@ -837,48 +872,45 @@ void universal_shaft_forward_dynamics(const double q[3], const double v[3], cons
     const double cos_q1 = cosines[0];
     const double sin_q2 = sines[1];
     const double cos_q2 = cosines[1];
+    const double t1 = 0.45 * sin_q2;
+    const double t2 = 0.182 * cos_q2;
+    const double t3 = cos_q2 * t2;
+    const double t4 = 0.0015 + t3;
+    const double t5 = sin_q2 * t2;
     /* motion: output_1 */
     const double w_output_1_x = v[0] * sin_q1;
     const double w_output_1_y = v[0] * cos_q1;
-    const double dw_output_1_x = v[1] * w_output_1_y;
-    const double t1 = v[1] * w_output_1_x;
+    const double t6 = v[1] * w_output_1_x;
+    const double a_output_1_x = 9.81 * sin_q1;
+    const double t7 = w_output_1_x * w_output_1_y;
     /* motion: output */
-    const double w_output_x = cos_q2 * w_output_1_y + v[1] * sin_q2;
-    const double w_output_y = v[1] * cos_q2 - sin_q2 * w_output_1_y;
     const double w_output_z = v[2] + w_output_1_x;
-    const double t2 = w_output_x * w_output_y;
+    const double t8 = v[1] * w_output_z;
+    const double t9 = w_output_1_y * w_output_z;
+    const double t10 = t9 - (t7 - t9);
+    const double t11 = t8 + (t8 - 2.0 * t6);
+    const double t12 = tau[2] - (0.01 * v[2] + 0.5 * q[2]);
     /* force: output */
-    const double t3 = v[2] * w_output_y - cos_q2 * t1 + w_output_y * w_output_z;
-    const double n_output_x = 0.0015 * t3;
-    const double t4 = w_output_x * w_output_z - (sin_q2 * t1 - v[2] * w_output_x);
-    const double n_output_y = 4.4145 * sin_q1 - 0.1835 * t4;
-    const double t5 = 0.1835 * (dw_output_1_x + t2) - 0.0015 * (t2 - dw_output_1_x);
-    const double n_output_z = t5 + 0.45 * (sin_q2 * (9.81 * cos_q1));
-    /* force: output_1 */
-    const double t6 = sin_q2 * n_output_x + cos_q2 * n_output_y;
-    const double n_output_1_y = cos_q2 * n_output_x - sin_q2 * n_output_y - 0.003 * t1;
-    const double n_output_1_z = t6 + 0.0015 * (w_output_1_x * w_output_1_y);
-    const double t7 = tau[1] - (n_output_1_z + (0.01 * v[1] + 0.5 * q[1]));
-    const double t8 = tau[2] - (n_output_z + (0.01 * v[2] + 0.5 * q[2]));
+    const double t13 = t5 * (v[1] * v[1] - w_output_1_y * w_output_1_y);
     /* articulated inertia: output */
-    const double t9 = 0.182 * cos_q2;
-    const double t10 = cos_q2 * t9;
-    const double t11 = sin_q2 * t9;
-    const double t12 = 0.003 + t10;
+    const double t14 = t4 * (2.0 * (v[1] * w_output_1_y)) + t13 + t1 * (9.81 * cos_q1);
+    const double t15 = 0.003 + t3;
+    const double t16 = 0.45 * cos_q2 * a_output_1_x - (t4 * t10 + t5 * t11);
     /* articulated inertia: output_1 */
-    const double t13 = 1.0 / t12;
-    const double t14 = 0.002 + cos_q1 * (cos_q1 * (0.185 - t10 - t11 * (t11 * t13)));
-    /* articulated inertia: input */
-    const double t15 = tau[0] - (sin_q1 * n_output_z + cos_q1 * n_output_1_y);
+    const double t17 = 1.0 / t15;
+    const double t18 = tau[1] - (0.01 * v[1] + 0.5 * q[1]) - (t16 + 0.0015 * t7);
+    const double t19 = (0.1835 - t3) * t11 + t5 * t10 - t1 * a_output_1_x - 0.003 * t6;
+    const double t20 = 0.002 + cos_q1 * (cos_q1 * (0.185 - t3 - t5 * (t5 * t17)));
     /* acceleration: input */
-    const double t16 = 1.0 / t14 * (t15 - (sin_q1 * t8 - cos_q1 * (t11 * (t7 * t13))));
-    a[0] = t16;
+    const double t21 = tau[0] - (sin_q1 * t12 + cos_q1 * (t19 - t5 * (t17 * t18)));
+    const double t22 = 1.0 / t20 * t21;
+    a[0] = t22;
     /* acceleration: output_1 */
-    a[1] = t13 * (t7 + t11 * (cos_q1 * t16));
+    a[1] = t17 * (t18 + t5 * (cos_q1 * t22));
     /* acceleration: output */
-    a[2] = k1 * (t8 - 0.185 * (sin_q1 * t16));
+    a[2] = k1 * (t12 - t14 - 0.185 * (sin_q1 * t22));
     /* no answer unless these are positive */
-    if (!(t14 > 0.0 && t12 > 0.0)) {
+    if (!(t20 > 0.0 && t15 > 0.0)) {
         for (int i = 0; i < 3; ++i) {
             a[i] = (double)NAN;
         }

@@ -79,7 +79,7 @@ void universal_shaft_mass_matrix(const double q[3], double M[9]);
 /*
  * coriolis_matrix: C = R^T Mn dR/dt
  * From q (3, m or rad), v (3, m/s or rad/s) to C (3 x 3, SI).
- * Plan: composite. Operations: 21 add, 54 mul, 2 sincos.
+ * Plan: composite. Operations: 17 add, 28 mul, 2 sincos.
  */
 void universal_shaft_coriolis_matrix(const double q[3], const double v[3], double C[9]);
 
@@ -100,21 +100,21 @@ void universal_shaft_passive_force(const double q[3], const double v[3], double 
 /*
  * bias_force: h = C v + gravity_force + passive_force
  * From q (3, m or rad), v (3, m/s or rad/s) to h (3, N or N.m).
- * Plan: recursive. Operations: 21 add, 36 mul, 2 sincos.
+ * Plan: recursive. Operations: 21 add, 35 mul, 2 sincos.
  */
 void universal_shaft_bias_force(const double q[3], const double v[3], double h[3]);
 
 /*
  * inverse_dynamics: tau = mass_matrix a + bias_force
  * From q (3, m or rad), v (3, m/s or rad/s), a (3, m/s^2 or rad/s^2) to tau (3, N or N.m).
- * Plan: recursive, inertia as given. Operations: 29 add, 39 mul, 2 sincos.
+ * Plan: recursive. Operations: 30 add, 37 mul, 2 sincos.
  */
 void universal_shaft_inverse_dynamics(const double q[3], const double v[3], const double a[3], double tau[3]);
 
 /*
  * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (3, m or rad), v (3, m/s or rad/s), tau (3, N or N.m) to a (3, m/s^2 or rad/s^2).
- * Plan: articulated. Operations: 32 add, 54 mul, 2 div, 2 sincos.
+ * Plan: articulated. Operations: 31 add, 48 mul, 2 div, 2 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
  */
 void universal_shaft_forward_dynamics(const double q[3], const double v[3], const double tau[3], double a[3]);

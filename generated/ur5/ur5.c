@@ -10,6 +10,18 @@
 #include <math.h>
 #include <stdint.h>
 
+/* For gcc: registers are renamed, which saves moves around fused operations. Where a symmetric matrix is
+ * written, scalars are not paired into vectors: gathering the pairs costs more than they save. */
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC optimize("rename-registers")
+#define SYMGEN_PRAGMA(text) _Pragma(#text)
+#define SYMGEN_UNPAIRED SYMGEN_PRAGMA(GCC push_options) SYMGEN_PRAGMA(GCC optimize("no-tree-slp-vectorize"))
+#define SYMGEN_PAIRED SYMGEN_PRAGMA(GCC pop_options)
+#else
+#define SYMGEN_UNPAIRED
+#define SYMGEN_PAIRED
+#endif
+
 /* 2/pi in words of 32 bits, after three words of nothing. */
 static const uint32_t two_over_pi[41] = {
     0x00000000u, 0x00000000u, 0x00000000u, 0xA2F9836Eu, 0x4E441529u, 0xFC2757D1u,
@@ -91,48 +103,68 @@ static unsigned reduce_large(double x, double *r, double *t)
     return x < 0.0 ? 4u - n % 4u : n;
 }
 
-/* The sine (*s) and cosine (*c) of x in radians; NaN for infinities and NaN. Error below 1 ulp.
- * |x| <= 1.0e5: x minus a multiple of pi/2 given in three parts (Cody and Waite); beyond, and
- * where too little is left of x, in integers. Same bits everywhere when contraction is off. */
-static void sine_cosine(double x, double *s, double *c)
+/* What is rarely taken stays apart, so that the rest needs few registers. */
+#if defined(__GNUC__)
+#define SYMGEN_RARE static __attribute__((noinline, cold))
+#else
+#define SYMGEN_RARE static
+#endif
+
+/* The sine (*s) and cosine (*c) of r - t + quadrant pi/2, |r| <= pi/4, t the tail of r. (Subtracting a
+ * tail keeps the sign of a zero: -0 - 0 is -0, -0 + 0 is not.) */
+static inline void sine_cosine_reduced(double r, double t, unsigned quadrant, double *s, double *c)
 {
     static const double sign[4] = {1.0, 1.0, -1.0, -1.0};
-    const double shifter = 6755399441055744.0; /* adding it rounds to an integer */
-    const double n = (x * 0.63661977236758134 + shifter) - shifter;
-    const double r1 = x - n * 1.5707963267923333;
-    const double w2 = n * 2.5633441514780767e-12;
-    const double r2 = r1 - w2;
-    const double w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
-    double r = r2 - w3;
-    double t = (r2 - r) - w3;
-    double z, w, half, one, odd, even;
-    unsigned quadrant;
-    if (fabs(x) <= 1.0e5 && fabs(r) >= 1.3877787807814457e-17 * fabs(n)) {
-        quadrant = (unsigned)(int32_t)n;
-    } else if (fabs(x) <= 1.7976931348623157e308) {
-        quadrant = reduce_large(x, &r, &t);
-    } else {
-        *s = x - x;
-        *c = x - x;
-        return;
-    }
-    z = r * r;
-    w = z * z;
-    half = 0.5 * z;
-    one = 1.0 - half;
+    const double z = r * r;
+    const double w = z * z;
+    const double half = 0.5 * z;
+    const double one = 1.0 - half;
+    double odd, even;
     odd = (-0.16666666666666630 + 0.0083333333333218407 * z)
         + w * ((-0.00019841269829358525 + 2.7557313538512764e-6 * z)
         + w * (-2.5050734389013597e-8 + 1.5895433277812973e-10 * z));
     even = (0.041666666666666595 - 0.0013888888888873296 * z)
         + w * ((2.4801587288953846e-5 - 2.7557314198804994e-7 * z)
         + w * (2.0875702453515863e-9 - 1.1358577036971123e-11 * z));
-    odd = r + (r * z * odd + t * one);
-    even = one + (((1.0 - one) - half) + (w * even - r * t));
-    odd = x == 0.0 ? x : odd; /* keeps the sign of zero */
+    odd = r - (t * one - r * z * odd);
+    even = one + (((1.0 - one) - half) + (w * even + r * t));
     {
         const double value[2] = {odd, even}; /* tables where a branch would be mispredicted */
         *s = sign[quadrant & 3u] * value[quadrant & 1u];
         *c = sign[(quadrant + 1u) & 3u] * value[(quadrant + 1u) & 1u];
+    }
+}
+
+/* The same of any x in radians, reduced in integers; NaN for infinities and NaN. */
+SYMGEN_RARE void sine_cosine_slowly(double x, double *s, double *c)
+{
+    if (fabs(x) <= 1.7976931348623157e308) {
+        double r, t;
+        const unsigned quadrant = reduce_large(x, &r, &t);
+        sine_cosine_reduced(r, -t, quadrant, s, c);
+    } else {
+        *s = x - x;
+        *c = x - x;
+    }
+}
+
+/* The sine (*s) and cosine (*c) of x in radians; NaN for infinities and NaN. Error below 1 ulp.
+ * |x| <= 1.0e5: x minus a multiple of pi/2 given in three parts (Cody and Waite); beyond, and
+ * where too little is left of x, in integers. Same bits everywhere when contraction is off. */
+static inline void sine_cosine(double x, double *s, double *c)
+{
+    const double shifter = 6755399441055744.0; /* adding it rounds to an integer */
+    const double n = (x * 0.63661977236758134 + shifter) - shifter;
+    const double r1 = x - n * 1.5707963267923333;
+    const double w2 = n * 2.5633441514780767e-12;
+    const double r2 = r1 - w2;
+    const double w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
+    const double r = r2 - w3;
+    const double t = w3 - (r2 - r);
+    if (fabs(x) <= 1.0e5 && fabs(r) >= 1.3877787807814457e-17 * fabs(n)) {
+        sine_cosine_reduced(r, t, (unsigned)(int32_t)n, s, c);
+    } else {
+        sine_cosine_slowly(x, s, c);
     }
 }
 
@@ -144,7 +176,7 @@ typedef double four __attribute__((vector_size(32)));
 typedef double four_apart __attribute__((vector_size(32), aligned(8), may_alias));
 typedef int64_t four_bits __attribute__((vector_size(32)));
 
-static __attribute__((noinline)) void four_slowly(const double *x, double *s, double *c)
+SYMGEN_RARE void four_slowly(const double *x, double *s, double *c)
 {
     for (int i = 0; i < 4; ++i) {
         sine_cosine(x[i], &s[i], &c[i]);
@@ -163,7 +195,7 @@ static void sines_cosines(const double *angles, double *sines, double *cosines, 
         const four r2 = r1 - w2;
         const four w3 = n * 1.1644211747377496e-22 - ((r1 - r2) - w2);
         const four r = r2 - w3;
-        const four t = (r2 - r) - w3;
+        const four t = w3 - (r2 - r);
         const four z = r * r;
         const four w = z * z;
         const four half = 0.5 * z;
@@ -180,9 +212,9 @@ static void sines_cosines(const double *angles, double *sines, double *cosines, 
         even = (0.041666666666666595 - 0.0013888888888873296 * z)
         + w * ((2.4801587288953846e-5 - 2.7557314198804994e-7 * z)
         + w * (2.0875702453515863e-9 - 1.1358577036971123e-11 * z));
-        odd = r + (r * z * odd + t * one);
-        even = one + (((1.0 - one) - half) + (w * even - r * t));
-        sine = (four_bits)odd | ((four_bits)x & (x == 0.0));
+        odd = r - (t * one - r * z * odd);
+        even = one + (((1.0 - one) - half) + (w * even + r * t));
+        sine = (four_bits)odd;
         cosine = (four_bits)even;
         swap = (sine ^ cosine) & -(turn & 1);
         *(four_apart *)(sines + i) = (four)(sine ^ swap ^ ((turn & 2) << 62));
@@ -210,7 +242,10 @@ static const double k5 = 0.21778799124041692; /* 930802054/4273890625 */
 static const double k6 = 5.4645348154851856; /* 4764384120049201/871873687500000 */
 static const double k7 = 0.19223690173439065; /* 20425170809279007/106250000000000000 */
 static const double k8 = 2.451180141328098; /* 251425819829/102573375000 */
-static const double k9 = 58.355064750790525; /* 5000000000000/85682365727 */
+static const double k9 = 4.0758681325685151; /* 63950371/15690000 */
+static const double k10 = 6.3545377497844262; /* 847472927/133365000 */
+static const double k11 = 58.355064750790525; /* 5000000000000/85682365727 */
+static const double k12 = 2.7356510147259262e-6; /* 109426040589037041/40000000000000000000000 */
 
 /*
  * natural_coordinates: x = basic points and unit vectors, ground axes
@@ -1638,6 +1673,7 @@ void ur5_natural_bias_acceleration(const double q[6], const double v[6], double 
  * From q (6, m or rad) to M (6 x 6, SI).
  * Plan: composite, parallel axes merged. Operations: 48 add, 51 mul, 5 sincos.
  */
+SYMGEN_UNPAIRED
 void ur5_mass_matrix(const double q[6], double M[36])
 {
     const double t1 = q[1] + q[2];
@@ -1742,11 +1778,12 @@ void ur5_mass_matrix(const double q[6], double M[36])
     M[34] = 0.0;
     M[35] = 0.0171364731454;
 }
+SYMGEN_PAIRED
 
 /*
  * coriolis_matrix: C = R^T Mn dR/dt
  * From q (6, m or rad), v (6, m/s or rad/s) to C (6 x 6, SI).
- * Plan: composite, parallel axes merged. Operations: 175 add, 229 mul, 5 sincos.
+ * Plan: composite, parallel axes merged. Operations: 155 add, 170 mul, 5 sincos.
  */
 void ur5_coriolis_matrix(const double q[6], const double v[6], double C[36])
 {
@@ -1775,175 +1812,162 @@ void ur5_coriolis_matrix(const double q[6], const double v[6], double C[36])
     const double t10 = 0.051322656825 * cos_t1;
     const double t11 = 0.39225 * cos_t1;
     const double t12 = 0.39225 * sin_t1;
-    /* velocity: upper_arm_link */
-    const double t13 = 0.01615 * v[0];
+    const double t13 = 0.0166855268546 * cos_q5;
+    const double t14 = cos_q5 * t13;
+    const double t15 = 0.016911 - t14;
+    const double t16 = 0.0002254731454 + t14;
+    const double t17 = sin_q5 * t13;
     /* velocity: forearm_link */
-    const double t14 = v[1] * t5;
-    const double t15 = v[0] * t5;
-    const double t16 = t13 + v[1] * t6;
-    const double t17 = v[1] + v[2];
+    const double t18 = v[1] * t6;
+    const double t19 = v[1] * t5;
+    const double t20 = v[0] * t5;
+    const double t21 = v[1] + v[2];
     /* velocity: wrist_1_link */
-    const double t18 = v[0] * cos_1;
-    const double t19 = v[0] * sin_1;
-    const double t20 = t16 + t12 * t17;
-    const double t21 = t14 + t11 * t17;
-    const double t22 = t15 + v[0] * t11;
-    const double t23 = cos_1 * t21 + sin_1 * t20;
-    const double t24 = v[3] + t17;
+    const double t22 = v[0] * cos_1;
+    const double t23 = v[0] * sin_1;
+    const double t24 = v[3] + t21;
     /* velocity: wrist_2_link */
-    const double t25 = cos_q4 * t19 + sin_q4 * t24;
-    const double t26 = cos_q4 * t24 - sin_q4 * t19;
-    const double t27 = v[4] - t18;
+    const double t25 = cos_q4 * t23 + sin_q4 * t24;
+    const double t26 = cos_q4 * t24 - sin_q4 * t23;
+    const double t27 = v[4] - t22;
     /* velocity: wrist_3_link */
-    const double t28 = cos_q5 * t27 + sin_q5 * t25;
-    const double t29 = cos_q5 * t25 - sin_q5 * t27;
-    const double t30 = v[5] + t26;
-    const double t31 = v[1] * t3;
-    const double t32 = v[0] * t4;
-    const double t33 = t9 * t17;
-    const double t34 = v[0] * t10;
-    const double t35 = 0.001653980355 * t19;
-    const double t36 = 0.017784735 * t24;
-    const double t37 = 0.017784735 * t19;
-    const double t38 = 0.017784735 * t23;
-    const double t39 = 0.017784735 * t22;
-    const double t40 = 0.00460883622975 * t24 + 0.001653980355 * t18;
-    const double t41 = 0.126621 * t27;
-    const double t42 = 0.126621 * t25;
-    const double t43 = 0.016911 * t30;
-    const double t44 = 0.0002254731454 * t30;
-    const double t45 = 0.0002254731454 * t29;
-    const double t46 = 0.016911 * t28;
-    /* composite inertia and momentum: wrist_3_link */
-    const double t47 = sin_q5 * t44;
-    const double t48 = cos_q5 * t44;
-    const double t49 = cos_q5 * t43;
-    const double t50 = sin_q5 * t43;
-    const double t51 = cos_q5 * t48 + sin_q5 * t50;
-    const double t52 = sin_q5 * t48 - cos_q5 * t50;
-    const double t53 = cos_q5 * t45 + sin_q5 * t46;
-    const double t54 = sin_q5 * t49 - cos_q5 * t47;
-    const double t55 = 0.0166855268546 * cos_q5;
-    const double t56 = cos_q5 * t55;
-    const double t57 = sin_q5 * t55;
-    const double t58 = 0.10971 * t27 + (cos_q5 * t46 - sin_q5 * t45);
-    const double t59 = 0.10971 * t26 + (sin_q5 * t47 + cos_q5 * t49);
-    /* composite inertia and momentum: wrist_2_link */
-    const double t60 = cos_q4 * t52 - sin_q4 * t58;
-    const double t61 = sin_q4 * t52 + cos_q4 * t58;
-    const double t62 = cos_q4 * t41;
-    const double t63 = sin_q4 * t41;
-    const double t64 = cos_q4 * t42 - sin_q4 * t59;
-    const double t65 = cos_q4 * t60 + sin_q4 * t62;
-    const double t66 = cos_q4 * (t56 - 0.0166855268546);
-    const double t67 = cos_q4 * t66;
-    const double t68 = sin_q4 * t66;
-    const double t69 = cos_q4 * t57;
-    const double t70 = 0.02151983622975 - t56;
-    const double t71 = 0.001653980355 - sin_q4 * t57;
-    const double t72 = t35 + t38 + t54;
-    const double t73 = 0.10971 * t24 + (cos_q4 * t59 + sin_q4 * t42);
-    const double t74 = t40 + 0.017784735 * (cos_1 * t20 - sin_1 * t21);
-    const double t75 = t74 + (cos_q4 * t51 + sin_q4 * t53);
-    const double t76 = 0.001653980355 * t24 + (sin_q4 * t60 - cos_q4 * t62);
-    const double t77 = t39 - 0.00460883622975 * t19 + (sin_q4 * t51 - cos_q4 * t53);
-    /* composite inertia and momentum: wrist_1_link */
-    const double t78 = sin_1 * t36;
-    const double t79 = cos_1 * t36;
-    const double t80 = sin_1 * (sin_1 * t72 + cos_1 * t75);
-    const double t81 = cos_1 * (cos_1 * t72 - sin_1 * t75);
-    const double t82 = sin_1 * (cos_q4 * t61 + sin_q4 * t63 - 0.10971 * t18);
-    const double t83 = t11 * t79;
-    const double t84 = t12 * t78;
-    const double t85 = 0.017784735 * cos_1;
-    const double t86 = 0.017784735 * sin_1;
-    const double t87 = cos_1 * (t70 - (0.236331 + t67)) + sin_1 * (2.0 * t69);
-    const double t88 = t7 - t86;
-    const double t89 = t8 + t85;
-    const double t90 = t9 + (t11 * t85 - t12 * t86 - (sin_1 * t87 - t69));
-    const double t91 = t10 - (sin_1 * t71 + cos_1 * t68);
-    const double t92 = t7 * t17 - t78;
-    const double t93 = v[0] * t7 - t37;
-    const double t94 = t80 + cos_1 * (cos_1 * t65 - sin_1 * t73) - t83 - (t33 + t34 + t7 * t16);
-    const double t95 = t33 + t8 * t14 + (t81 + sin_1 * (cos_1 * t73 + sin_1 * t65) - t84);
-    const double t96 = t10 * t17 + (cos_1 * t64 - sin_1 * t76);
-    const double t97 = v[0] * t9 + t8 * t15 + (cos_1 * t77 - t82 - t12 * t37);
-    C[12] = t97;
-    /* composite inertia and momentum: forearm_link */
-    const double t98 = t5 * (t8 * t17 + t79);
-    const double t99 = t6 * t92;
-    const double t100 = t94 - t98 - (t31 + t32 + t2 * t13);
-    C[6] = v[0] * t3 + (t97 + t6 * t93);
-    /* composite inertia and momentum: upper_arm_link */
-    const double t101 = t32 + (t34 + (sin_q4 * t61 - cos_q4 * t63 - t35));
-    /* Coriolis matrix: columns of shoulder_link */
-    C[0] = t100 + (t101 + 0.01615 * (v[0] * t2 + t93));
-    const double t102 = t13 - t16;
-    const double t103 = t14 * t89;
-    const double t104 = t94 + t16 * t88 + (t95 - t103);
-    const double t105 = cos_1 * t14;
-    const double t106 = t23 - (t105 + sin_1 * t16);
-    const double t107 = t65 + (t72 - t38);
-    C[18] = 0.017784735 * (cos_1 * t22) - (t82 - cos_1 * (t77 - t39));
-    const double t108 = sin_1 * cos_q4;
-    C[24] = t59 * t108 + t42 * (sin_1 * sin_q4) + cos_1 * t54 - cos_1 * (t52 + t54);
-    C[30] = t45 * (sin_q5 * t108 - cos_1 * cos_q5) - t46 * (cos_q5 * t108 + cos_1 * sin_q5);
-    /* Coriolis matrix: columns of upper_arm_link */
-    C[7] = t31 + (t95 + t99) + (t100 + t13 * (t2 + t88)) + v[0] * (t4 + t91);
-    const double t109 = v[0] * (t3 + (t90 + (t5 * t89 + t6 * t88))) - (v[1] * t4 + t96);
-    C[1] = 0.01615 * (v[1] * t2 + t92) - t109;
-    const double t110 = v[0] * t91;
-    C[13] = t104 + (t103 + t88 * t102 + t110);
-    const double t111 = 0.017784735 * t18;
-    const double t112 = t19 * t71 + t18 * t68;
-    C[19] = t107 + (0.017784735 * (t106 + (t105 - sin_1 * t102)) - t112);
-    const double t113 = t57 * (cos_q4 * t18) + t19 * (0.2365564731454 + t56) - t64;
-    C[25] = t113;
-    C[26] = t113;
-    C[27] = t113;
-    const double t114 = t46 * (sin_q4 * cos_q5) - t45 * (sin_q4 * sin_q5);
-    const double t115 = 0.0171364731454 * (sin_q4 * t18) + t114;
-    const double t116 = -t115;
-    C[31] = t116;
-    C[32] = t116;
-    C[33] = t116;
-    /* Coriolis matrix: columns of forearm_link */
-    const double t117 = t104 + t110;
-    C[14] = t117;
-    C[8] = t117 + (t99 - t98);
-    C[2] = 0.01615 * t92 - (v[0] * t90 - t96 + t5 * (v[0] * t89));
-    C[20] = t107 + (0.017784735 * t106 - t112);
-    /* Coriolis matrix: columns of wrist_1_link */
-    const double t118 = t107 - t112;
-    C[21] = t118;
-    const double t119 = t19 * t69 + t18 * (0.1099354731454 + t56 - t67 + t70) - t76;
-    const double t120 = cos_1 * (t19 * (0.3462664731454 + t56) + t18 * t69 - t64);
-    const double t121 = t118 - (t83 + t84);
-    C[15] = t121;
-    C[9] = t121 - (t5 * t79 + t6 * t78);
-    C[3] = -(t120 - sin_1 * t119 + t11 * t111 + t5 * t111 + 0.01615 * t78);
-    /* Coriolis matrix: columns of wrist_2_link */
-    const double t122 = t26 * (0.143532 - t56) - t51;
-    const double t123 = t53 - 0.1268464731454 * t25;
-    const double t124 = t52 + t26 * t57;
-    C[28] = t124;
-    const double t125 = sin_q4 * t122 + cos_q4 * t123;
-    C[10] = t125;
-    C[16] = t125;
-    C[22] = t125;
-    C[4] = sin_1 * (cos_q4 * t122 - sin_q4 * t123) - cos_1 * t124;
+    const double t28 = v[5] + t26;
+    /* composite inertia: wrist_2_link */
+    const double t29 = cos_q4 * (t14 - 0.0166855268546);
+    const double t30 = cos_q4 * t29;
+    const double t31 = sin_q4 * t29;
+    const double t32 = cos_q4 * t17;
+    const double t33 = 0.02151983622975 - t14;
+    const double t34 = 0.001653980355 - sin_q4 * t17;
+    /* composite inertia: wrist_1_link */
+    const double t35 = 0.017784735 * cos_1;
+    const double t36 = 0.017784735 * sin_1;
+    const double t37 = cos_1 * (t33 - (0.236331 + t30)) + sin_1 * (2.0 * t32);
+    const double t38 = sin_1 * t34 + cos_1 * t31;
+    const double hc_forearm_link_x = t7 - t36;
+    const double hc_forearm_link_y = t8 + t35;
+    const double t39 = t9 + (t11 * t35 - t12 * t36 - (sin_1 * t37 - t32));
+    const double t40 = t10 - t38;
+    const double t41 = v[1] * t3;
+    const double t42 = v[0] * t4;
+    const double t43 = t9 * t21;
+    const double t44 = v[0] * t10;
+    const double t45 = 0.017784735 * t24;
+    const double t46 = 0.017784735 * t23;
+    const double t47 = 0.001653980355 * t23;
+    const double t48 = 0.126621 * t27;
+    const double t49 = 0.126621 * t25;
+    const double t50 = t17 * t28;
+    const double t51 = t15 * t28;
+    const double t52 = t17 * t27;
+    const double t53 = t15 * t25 + t52;
+    const double t54 = t17 * t25;
+    const double t55 = t54 + t16 * t27;
+    /* velocity moments: wrist_3_link */
+    const double t56 = 0.10971 * t27 + t55;
+    const double t57 = 0.10971 * t26 + t16 * t28;
+    /* velocity moments: wrist_2_link */
+    const double t58 = cos_q4 * t50 + sin_q4 * (t56 - t48);
+    const double t59 = cos_q4 * t57 + sin_q4 * t49;
+    const double t60 = cos_q4 * t49 - sin_q4 * t57;
+    const double t61 = cos_q4 * t58;
+    const double t62 = sin_q4 * t58;
+    const double t63 = t47 + t50;
+    const double t64 = 0.00460883622975 * t24 + 0.001653980355 * t22;
+    const double t65 = 0.001653980355 * t24 - (t48 + t62);
+    /* velocity moments: wrist_1_link */
+    const double t66 = sin_1 * t45;
+    const double t67 = cos_1 * t45;
+    const double t68 = t64 + (cos_q4 * t51 + sin_q4 * t53) - (0.10971 * t24 + t59);
+    const double t69 = cos_1 * (sin_q4 * t51 - cos_q4 * t53 - 0.00460883622975 * t23);
+    const double t70 = t69 - sin_1 * (t56 - t62 - 0.10971 * t22);
+    const double t71 = cos_1 * (cos_1 * (t61 + t63) - sin_1 * t68);
+    const double t72 = t12 * t21 * t36;
+    const double t73 = t11 * t21 * t35;
+    const double t74 = v[0] * t11 * t35;
+    const double t75 = t11 * t67;
+    const double t76 = t12 * t66;
+    const double t77 = t7 * t21 - t66;
+    const double t78 = v[0] * t7 - t46;
+    const double t79 = t63 - t71 + (t72 - t75) - (t43 + t44);
+    const double t80 = t43 + (t71 - t61 + (t73 - t76));
+    const double t81 = t10 * t21 + (cos_1 * t60 - sin_1 * t65);
+    const double t82 = v[0] * t9 + (t70 + (t74 - t12 * t46));
+    /* velocity moments: forearm_link */
+    const double t83 = t18 * hc_forearm_link_x;
+    const double t84 = t19 * hc_forearm_link_y;
+    const double t85 = t20 * hc_forearm_link_y;
+    const double t86 = t5 * (t8 * t21 + t67);
+    const double t87 = t6 * t77;
+    const double t88 = t79 - (t83 + t86) - (t41 + t42);
+    C[6] = v[0] * t3 + (t82 + (t85 + t6 * t78));
+    /* Coriolis matrix: columns and rows of shoulder_link */
+    const double t89 = t42 + (t44 + (t61 - t50 - t47)) + 0.01615 * (v[0] * t2 + t78);
+    C[0] = t88 - 0.01615 * v[0] * (t2 + hc_forearm_link_x) + t89;
+    /* Coriolis matrix: columns and rows of upper_arm_link */
+    const double t90 = t3 + (t39 + (t5 * hc_forearm_link_y + t6 * hc_forearm_link_x));
+    C[7] = t88 + (t41 + (t80 + (t84 + t87))) + v[0] * (t4 + t40);
+    C[1] = 0.01615 * (v[1] * t2 + t77) - (v[0] * t90 - (v[1] * t4 + t81));
+    /* Coriolis matrix: columns and rows of forearm_link */
+    const double t91 = t79 + t80;
+    const double t92 = v[0] * t40;
+    const double t93 = t91 + t92;
+    C[14] = t93;
+    C[8] = t93 + (t87 - t86);
+    C[2] = 0.01615 * t77 - (v[0] * t39 - t81 + t5 * (v[0] * hc_forearm_link_y));
+    C[12] = t82 + t85;
+    C[13] = t92 + (t91 + (t84 - t83));
+    /* Coriolis matrix: columns and rows of wrist_1_link */
+    const double t94 = t63 - t61;
+    const double t95 = 0.017784735 * t22;
+    const double t96 = t22 * t32;
+    const double t97 = t94 - (t23 * t34 + t22 * t31);
+    C[21] = t97;
+    const double t98 = t23 * t32 + t22 * (0.1099354731454 + t14 - t30 + t33) - t65;
+    const double t99 = cos_1 * (t23 * (0.3462664731454 + t14) + t96 - t60);
+    const double t100 = t97 - (t75 + t76);
+    C[15] = t100;
+    C[9] = t100 - (t5 * t67 + t6 * t66);
+    C[3] = -(t99 - sin_1 * t98 + t11 * t95 + t5 * t95 + 0.01615 * t66);
+    const double t101 = t94 + (t72 + t73);
+    const double t102 = v[0] * t38;
+    C[20] = t101 - t102;
+    C[18] = t70 + t74 + t20 * t35;
+    C[19] = t101 + (t18 * t36 + t19 * t35) - t102;
+    /* Coriolis matrix: columns and rows of wrist_2_link */
+    const double t103 = 0.2365564731454 + t14;
+    const double t104 = t26 * (0.143532 - t14) - t51;
+    const double t105 = t53 - 0.1268464731454 * t25;
+    const double t106 = t17 * t26 - t50;
+    C[28] = t106;
+    const double t107 = sin_q4 * t104 + cos_q4 * t105;
+    C[10] = t107;
+    C[16] = t107;
+    C[22] = t107;
+    C[4] = sin_1 * (cos_q4 * t104 - sin_q4 * t105) - cos_1 * t106;
+    C[27] = t96 + t23 * t103 - t60;
+    C[24] = cos_1 * t50 + sin_1 * t59;
+    const double t108 = v[0] * (sin_1 * t103 + cos_1 * t32) - t60;
+    C[25] = t108;
+    C[26] = t108;
+    /* Coriolis matrix: columns and rows of wrist_3_link */
+    const double t109 = t16 * t25 - t52;
+    C[29] = t109;
+    const double t110 = t54 - t15 * t27;
+    const double t111 = sin_q4 * t110;
+    C[11] = t111;
+    C[17] = t111;
+    C[23] = t111;
+    C[5] = sin_1 * (cos_q4 * t110) - cos_1 * t109;
     C[34] = t53 - 0.0171364731454 * t25;
-    /* Coriolis matrix: columns of wrist_3_link */
-    const double t126 = 0.016911 * t29;
-    const double t127 = 0.0002254731454 * t28;
-    const double t128 = cos_q5 * t126 + sin_q5 * t127;
-    C[29] = t128;
-    const double t129 = sin_q5 * t126 - cos_q5 * t127;
-    const double t130 = sin_q4 * t129;
-    C[11] = t130;
-    C[17] = t130;
-    C[23] = t130;
-    C[5] = sin_1 * (cos_q4 * t129) - cos_1 * t128;
+    const double t112 = 0.0171364731454 * sin_q4;
+    const double t113 = sin_q4 * t55;
+    C[33] = -(t113 + t22 * t112);
+    const double t114 = t113 + v[0] * (cos_1 * t112);
+    const double t115 = -t114;
+    C[31] = t115;
+    C[32] = t115;
+    C[30] = -(cos_1 * t53 + sin_1 * (cos_q4 * t55));
     /* constant entries */
     C[35] = 0.0;
 }
@@ -1996,7 +2020,7 @@ void ur5_passive_force(const double q[6], const double v[6], double passive[6])
 /*
  * bias_force: h = C v + gravity_force + passive_force
  * From q (6, m or rad), v (6, m/s or rad/s) to h (6, N or N.m).
- * Plan: recursive, parallel axes merged. Operations: 86 add, 121 mul, 5 sincos.
+ * Plan: recursive, parallel axes merged. Operations: 74 add, 103 mul, 5 sincos.
  */
 void ur5_bias_force(const double q[6], const double v[6], double h[6])
 {
@@ -2014,107 +2038,102 @@ void ur5_bias_force(const double q[6], const double v[6], double h[6])
     const double cos_q4 = cosines[3];
     const double sin_q5 = sines[4];
     const double cos_q5 = cosines[4];
-    const double t2 = 4.4329225 * cos_q1;
-    const double t3 = sin_q1 * (1.75501953841 * cos_q1);
-    const double t4 = 0.425 * cos_q1;
-    const double t5 = 0.425 * sin_q1;
-    const double t6 = 1.598759275 * cos_t1;
-    const double t7 = 1.598759275 * sin_t1;
-    const double t8 = sin_t1 * (0.59155695167475 * cos_t1);
-    const double t9 = 0.051322656825 * cos_t1;
-    const double t10 = 0.39225 * cos_t1;
-    const double t11 = 0.39225 * sin_t1;
+    const double t2 = sin_q1 * (0.12897252409 * cos_q1);
+    const double t3 = 0.425 * cos_q1;
+    const double t4 = 0.425 * sin_q1;
+    const double t5 = sin_t1 * (0.035556373944 * cos_t1);
+    const double t6 = 0.39225 * cos_t1;
+    const double t7 = 0.39225 * sin_t1;
+    const double t8 = 0.0166855268546 * cos_q5;
+    const double t9 = cos_q5 * t8;
+    const double t10 = 0.016911 - t9;
+    const double t11 = 0.0002254731454 + t9;
+    const double t12 = sin_q5 * t8;
     /* motion: shoulder_link */
-    const double t12 = v[0] * v[0];
+    const double t13 = v[0] * v[0];
     /* motion: upper_arm_link */
-    const double t13 = v[0] * v[1];
-    const double t14 = 0.01615 * t12;
-    const double t15 = v[1] * v[1];
-    const double t16 = t12 + t15;
-    const double t17 = 2.0 * t13;
+    const double t14 = v[1] * v[1];
+    const double t15 = 2.0 * (v[0] * v[1]);
     /* motion: forearm_link */
     const double w_forearm_link_z = v[1] + v[2];
-    const double t18 = t13 + v[0] * v[2];
-    const double t19 = t4 * t16;
-    const double t20 = 9.81 + t5 * t15;
-    const double t21 = t14 + t5 * t17;
-    const double t22 = w_forearm_link_z * w_forearm_link_z;
-    const double t23 = v[0] * w_forearm_link_z;
-    const double t24 = t12 + t22;
-    const double t25 = t18 + t23;
+    const double t16 = t3 * (t13 + t14);
+    const double t17 = 9.81 + t4 * t14;
+    const double t18 = 0.01615 * t13 + t4 * t15;
+    const double t19 = w_forearm_link_z * w_forearm_link_z;
+    const double t20 = 2.0 * (v[0] * w_forearm_link_z);
     /* motion: wrist_1_link */
-    const double t26 = v[0] * cos_1;
+    const double t21 = v[0] * cos_1;
     const double w_wrist_1_link_y = v[0] * sin_1;
     const double w_wrist_1_link_z = v[3] + w_forearm_link_z;
-    const double dw_wrist_1_link_x = sin_1 * t18 + v[3] * w_wrist_1_link_y;
-    const double dw_wrist_1_link_y = cos_1 * t18 + v[3] * t26;
-    const double t27 = w_wrist_1_link_z * w_wrist_1_link_z;
-    const double t28 = t26 * w_wrist_1_link_y;
-    const double t29 = w_wrist_1_link_y * w_wrist_1_link_z;
-    const double t30 = dw_wrist_1_link_y + t26 * w_wrist_1_link_z;
+    const double dw_wrist_1_link_x = w_wrist_1_link_y * w_wrist_1_link_z;
+    const double dw_wrist_1_link_y = t21 * w_wrist_1_link_z;
+    const double t22 = t16 + t6 * (t13 + t19);
+    const double t23 = t17 + t7 * t19;
+    const double t24 = t18 + t7 * t20;
+    const double t25 = w_wrist_1_link_z * w_wrist_1_link_z;
+    const double t26 = t21 * w_wrist_1_link_y;
+    const double t27 = 2.0 * dw_wrist_1_link_y;
     /* motion: wrist_2_link */
     const double w_wrist_2_link_x = cos_q4 * w_wrist_1_link_y + sin_q4 * w_wrist_1_link_z;
     const double w_wrist_2_link_y = cos_q4 * w_wrist_1_link_z - sin_q4 * w_wrist_1_link_y;
-    const double w_wrist_2_link_z = v[4] - t26;
-    const double dw_wrist_2_link_x = cos_q4 * dw_wrist_1_link_y + v[4] * w_wrist_2_link_y;
-    const double t31 = sin_q4 * dw_wrist_1_link_y + v[4] * w_wrist_2_link_x;
-    const double t32 = w_wrist_2_link_x * w_wrist_2_link_y;
+    const double w_wrist_2_link_z = v[4] - t21;
+    const double t28 = w_wrist_2_link_y * w_wrist_2_link_z;
+    const double t29 = w_wrist_2_link_x * w_wrist_2_link_z;
+    const double t30 = cos_q4 * t26 + sin_q4 * t27 + t29;
+    const double t31 = w_wrist_2_link_x * w_wrist_2_link_y;
+    const double t32 = t31 - dw_wrist_1_link_x;
+    const double t33 = t29 + t30;
+    const double t34 = t28 + (t28 - (sin_q4 * t26 - cos_q4 * t27));
     /* motion: wrist_3_link */
-    const double w_wrist_3_link_x = cos_q5 * w_wrist_2_link_z + sin_q5 * w_wrist_2_link_x;
-    const double w_wrist_3_link_y = cos_q5 * w_wrist_2_link_x - sin_q5 * w_wrist_2_link_z;
     const double w_wrist_3_link_z = v[5] + w_wrist_2_link_y;
-    const double t33 = cos_q5 * dw_wrist_1_link_x + sin_q5 * dw_wrist_2_link_x;
-    const double t34 = cos_q5 * dw_wrist_2_link_x - sin_q5 * dw_wrist_1_link_x;
-    const double t35 = w_wrist_3_link_x * w_wrist_3_link_y;
-    const double t36 = w_wrist_3_link_x * w_wrist_3_link_z;
-    const double t37 = w_wrist_3_link_y * w_wrist_3_link_z;
+    const double t35 = w_wrist_2_link_x * w_wrist_3_link_z;
+    const double t36 = w_wrist_2_link_z * w_wrist_3_link_z;
+    const double t37 = t36 - (t34 - t36);
+    const double t38 = t35 + (t35 - t32);
     /* force: wrist_3_link */
-    const double n_wrist_3_link_x = 0.016911 * (t33 + v[5] * w_wrist_3_link_y + t37);
-    const double t38 = 0.0002254731454 * (t36 - (t34 - v[5] * w_wrist_3_link_x));
-    const double n_wrist_3_link_z = 0.0002254731454 * (t35 - t31) - 0.016911 * (t31 + t35);
+    const double t39 = w_wrist_2_link_x * w_wrist_2_link_x;
+    const double t40 = t12 * (t39 - w_wrist_2_link_z * w_wrist_2_link_z);
+    const double n_wrist_3_link_z = t10 * (t29 - t30) - t11 * t33 - t40;
     h[5] = n_wrist_3_link_z;
     /* force: wrist_2_link */
-    const double t39 = dw_wrist_2_link_x + w_wrist_2_link_y * w_wrist_2_link_z;
-    const double t40 = 0.126621 * (t32 - dw_wrist_1_link_x);
-    const double n_wrist_2_link_x = sin_q5 * n_wrist_3_link_x - cos_q5 * t38 + 0.126621 * t39;
-    const double t41 = 0.10971 * (t31 + w_wrist_2_link_x * w_wrist_2_link_z);
-    const double n_wrist_2_link_y = n_wrist_3_link_z - t41;
-    const double t42 = 0.10971 * (dw_wrist_1_link_x + t32) - t40;
-    const double n_wrist_2_link_z = cos_q5 * n_wrist_3_link_x + sin_q5 * t38 + t42;
+    const double n_wrist_2_link_x = t12 * t38 - t10 * t37 + 0.126621 * t34;
+    const double n_wrist_2_link_y = n_wrist_3_link_z - 0.10971 * t33;
+    const double t41 = 0.10971 * (dw_wrist_1_link_x + t31) - 0.126621 * t32;
+    const double n_wrist_2_link_z = t11 * t38 - t12 * t37 + t41;
     h[4] = n_wrist_2_link_z;
     /* force: wrist_1_link */
-    const double t43 = 0.017784735 * (w_wrist_1_link_y * w_wrist_1_link_y + t27);
-    const double t44 = 0.017784735 * t28;
-    const double t45 = 0.017784735 * t30;
-    const double t46 = 0.001653980355 * (t29 - dw_wrist_1_link_x);
-    const double a_wrist_1_link_y = cos_1 * (t19 + t10 * t24) + sin_1 * (t20 + t11 * t22);
-    const double t47 = 0.00460883622975 * t30 + 0.001653980355 * (t26 * t26 - t27);
-    const double t48 = 0.10971 * (dw_wrist_1_link_x + t29) + 0.001653980355 * t28;
-    const double t49 = cos_q4 * n_wrist_2_link_x - sin_q4 * n_wrist_2_link_y;
-    const double t50 = t46 + 0.10510116377025 * t28 + 0.017784735 * a_wrist_1_link_y;
-    const double n_wrist_1_link_z = sin_q4 * n_wrist_2_link_x + cos_q4 * n_wrist_2_link_y + t50;
+    const double t42 = 0.017784735 * (w_wrist_1_link_y * w_wrist_1_link_y + t25);
+    const double t43 = 0.017784735 * t26;
+    const double t44 = 0.0092176724595 * dw_wrist_1_link_y;
+    const double t45 = 0.017784735 * (cos_1 * t22 + sin_1 * t23);
+    const double t46 = 0.21942 * dw_wrist_1_link_x + 0.001653980355 * t26;
+    const double t47 = t44 + 0.001653980355 * (t21 * t21 - t25) + 0.017784735 * t24;
+    const double t48 = sin_q4 * n_wrist_2_link_x + cos_q4 * n_wrist_2_link_y;
+    const double n_wrist_1_link_z = t48 + (0.10510116377025 * t26 + t45);
     h[3] = n_wrist_1_link_z;
-    const double t51 = sin_1 * t44 - cos_1 * t43;
-    const double t52 = sin_1 * t43 + cos_1 * t44;
-    const double t53 = sin_1 * (t49 + (t47 + 0.017784735 * (t21 + t11 * t25)));
+    const double f_forearm_link_x = sin_1 * t42 + cos_1 * t43 - k9 * t22;
+    const double f_forearm_link_y = sin_1 * t43 - cos_1 * t42 - k9 * t23;
+    const double t49 = 0.03556947 * dw_wrist_1_link_y + k9 * t24;
+    const double n_wrist_1_link_y = cos_q4 * n_wrist_2_link_x - sin_q4 * n_wrist_2_link_y + t47;
+    const double t50 = cos_1 * (n_wrist_2_link_z + t46) - sin_1 * n_wrist_1_link_y;
+    const double t51 = t6 * f_forearm_link_y - t7 * f_forearm_link_x;
     /* force: forearm_link */
-    const double f_forearm_link_x = t52 - t6 * t24;
-    const double t54 = cos_1 * (n_wrist_2_link_z + t48) - t53 + t10 * t45;
-    const double t55 = t9 * (t18 - t23) + t8 * t12 + (t7 * t19 - t6 * t20);
-    const double n_forearm_link_z = n_wrist_1_link_z + (t10 * t51 - t11 * t52) + t55;
+    const double n_forearm_link_z = n_wrist_1_link_z + t51 - t5 * t13;
     h[2] = n_forearm_link_z;
-    const double t56 = t4 * (t51 - t7 * t22) - t5 * f_forearm_link_x;
+    const double f_upper_arm_link_x = f_forearm_link_x - k10 * t16;
+    const double n_forearm_link_y = t50 + t6 * t49 - (t5 * t20 + 0.051322656825 * cos_t1 * t19);
+    const double t52 = t3 * (f_forearm_link_y - k10 * t17) - t4 * f_upper_arm_link_x;
     /* force: upper_arm_link */
-    const double t57 = t54 + (t8 * t25 - t9 * t22 + t6 * t21) + t4 * (t45 + t7 * t25);
-    h[1] = n_forearm_link_z + t56 + (t3 * t12 - 43.486969725 * cos_q1);
-    const double n_upper_arm_link_y = t57 + (t3 * t17 - 0.3369075105 * cos_q1 * t15 + t2 * t14);
-    h[0] = -(n_upper_arm_link_y + 0.01615 * (f_forearm_link_x - t2 * t16));
+    const double t53 = n_forearm_link_y + t3 * (t49 + k10 * t18);
+    h[1] = n_forearm_link_z + t52 - t2 * t13;
+    const double n_upper_arm_link_y = t53 - (t2 * t15 + 0.3369075105 * cos_q1 * t14);
+    h[0] = -(n_upper_arm_link_y + 0.01615 * f_upper_arm_link_x);
 }
 
 /*
  * inverse_dynamics: tau = mass_matrix a + bias_force
  * From q (6, m or rad), v (6, m/s or rad/s), a (6, m/s^2 or rad/s^2) to tau (6, N or N.m).
- * Plan: recursive, parallel axes merged. Operations: 119 add, 152 mul, 5 sincos.
+ * Plan: recursive, parallel axes merged. Operations: 108 add, 126 mul, 5 sincos.
  */
 void ur5_inverse_dynamics(const double q[6], const double v[6], const double a[6], double tau[6])
 {
@@ -2132,131 +2151,121 @@ void ur5_inverse_dynamics(const double q[6], const double v[6], const double a[6
     const double cos_q4 = cosines[3];
     const double sin_q5 = sines[4];
     const double cos_q5 = cosines[4];
-    const double t2 = 4.4329225 * cos_q1;
-    const double t3 = 4.4329225 * sin_q1;
-    const double t4 = 1.75501953841 * cos_q1;
-    const double t5 = sin_q1 * t4;
+    const double t2 = 0.12897252409 * cos_q1;
+    const double t3 = cos_q1 * t2;
+    const double t4 = 0.0075537 - t3;
+    const double t5 = sin_q1 * t2;
     const double t6 = 0.3369075105 * sin_q1;
     const double t7 = 0.425 * cos_q1;
     const double t8 = 0.425 * sin_q1;
-    const double t9 = 1.598759275 * cos_t1;
-    const double t10 = 1.598759275 * sin_t1;
-    const double t11 = 0.59155695167475 * cos_t1;
-    const double t12 = sin_t1 * t11;
-    const double t13 = 0.051322656825 * cos_t1;
-    const double t14 = 0.051322656825 * sin_t1;
-    const double t15 = 0.39225 * cos_t1;
-    const double t16 = 0.39225 * sin_t1;
+    const double t9 = 0.035556373944 * cos_t1;
+    const double t10 = cos_t1 * t9;
+    const double t11 = 0.0020475 - t10;
+    const double t12 = sin_t1 * t9;
+    const double t13 = 0.051322656825 * sin_t1;
+    const double t14 = 0.39225 * cos_t1;
+    const double t15 = 0.39225 * sin_t1;
+    const double t16 = 0.0166855268546 * cos_q5;
+    const double t17 = cos_q5 * t16;
+    const double t18 = 0.016911 - t17;
+    const double t19 = 0.0002254731454 + t17;
+    const double t20 = sin_q5 * t16;
     /* motion: shoulder_link */
-    const double t17 = v[0] * v[0];
+    const double t21 = v[0] * v[0];
     /* motion: upper_arm_link */
-    const double t18 = v[0] * v[1];
-    const double t19 = 0.01615 * a[0];
-    const double t20 = 0.01615 * t17;
-    const double t21 = v[1] * v[1];
-    const double t22 = t17 + t21;
-    const double t23 = 2.0 * t18;
+    const double t22 = v[1] * v[1];
+    const double t23 = 2.0 * (v[0] * v[1]);
     /* motion: forearm_link */
     const double w_forearm_link_z = v[1] + v[2];
     const double dw_forearm_link_z = a[1] + a[2];
-    const double t24 = t18 + v[0] * v[2];
-    const double t25 = t19 + (t7 * t22 + a[1] * t8);
-    const double a_forearm_link_y = a[1] * t7 - t8 * t21 - 9.81;
-    const double a_forearm_link_z = a[0] * t7 - t8 * t23 - t20;
-    const double t26 = w_forearm_link_z * w_forearm_link_z;
-    const double t27 = v[0] * w_forearm_link_z;
-    const double t28 = t17 + t26;
-    const double t29 = t24 + t27;
+    const double t24 = 0.01615 * a[0] + (t7 * (t21 + t22) + a[1] * t8);
+    const double a_forearm_link_y = a[1] * t7 - t8 * t22 - 9.81;
+    const double a_forearm_link_z = a[0] * t7 - t8 * t23 - 0.01615 * t21;
+    const double t25 = w_forearm_link_z * w_forearm_link_z;
+    const double t26 = 2.0 * (v[0] * w_forearm_link_z);
     /* motion: wrist_1_link */
-    const double t30 = v[0] * cos_1;
+    const double t27 = v[0] * cos_1;
     const double w_wrist_1_link_y = v[0] * sin_1;
+    const double t28 = a[0] * cos_1;
     const double w_wrist_1_link_z = v[3] + w_forearm_link_z;
     const double dw_wrist_1_link_z = a[3] + dw_forearm_link_z;
-    const double dw_wrist_1_link_x = sin_1 * t24 - a[0] * cos_1 + v[3] * w_wrist_1_link_y;
-    const double dw_wrist_1_link_y = cos_1 * t24 + a[0] * sin_1 + v[3] * t30;
-    const double t31 = a_forearm_link_y + (t15 * dw_forearm_link_z - t16 * t26);
-    const double t32 = cos_1 * (t25 + (t15 * t28 + t16 * dw_forearm_link_z));
+    const double t29 = w_wrist_1_link_y * w_wrist_1_link_z;
+    const double dw_wrist_1_link_x = t29 - t28;
+    const double t30 = t27 * w_wrist_1_link_z;
+    const double t31 = t24 + (t14 * (t21 + t25) + t15 * dw_forearm_link_z);
+    const double t32 = a_forearm_link_y + (t14 * dw_forearm_link_z - t15 * t25);
+    const double a_wrist_1_link_z = a_forearm_link_z + (a[0] * t14 - t15 * t26);
     const double t33 = w_wrist_1_link_z * w_wrist_1_link_z;
-    const double t34 = t30 * w_wrist_1_link_y;
-    const double t35 = w_wrist_1_link_y * w_wrist_1_link_z;
-    const double t36 = dw_wrist_1_link_z - t34;
-    const double t37 = dw_wrist_1_link_y + t30 * w_wrist_1_link_z;
+    const double t34 = t27 * w_wrist_1_link_y;
+    const double t35 = dw_wrist_1_link_z - t34;
+    const double t36 = t30 + (a[0] * sin_1 + t30);
     /* motion: wrist_2_link */
     const double w_wrist_2_link_x = cos_q4 * w_wrist_1_link_y + sin_q4 * w_wrist_1_link_z;
     const double w_wrist_2_link_y = cos_q4 * w_wrist_1_link_z - sin_q4 * w_wrist_1_link_y;
-    const double w_wrist_2_link_z = v[4] - t30;
+    const double w_wrist_2_link_z = v[4] - t27;
     const double dw_wrist_2_link_z = a[4] + dw_wrist_1_link_x;
-    const double t38 = cos_q4 * dw_wrist_1_link_y + sin_q4 * dw_wrist_1_link_z;
-    const double dw_wrist_2_link_x = t38 + v[4] * w_wrist_2_link_y;
-    const double t39 = cos_q4 * dw_wrist_1_link_z - sin_q4 * dw_wrist_1_link_y;
-    const double dw_wrist_2_link_y = t39 - v[4] * w_wrist_2_link_x;
-    const double t40 = w_wrist_2_link_x * w_wrist_2_link_y;
+    const double t37 = w_wrist_2_link_y * w_wrist_2_link_z;
+    const double t38 = w_wrist_2_link_x * w_wrist_2_link_z;
+    const double dw_wrist_2_link_y = cos_q4 * t35 - sin_q4 * t36 - t38;
+    const double t39 = w_wrist_2_link_x * w_wrist_2_link_y;
+    const double t40 = t39 - dw_wrist_2_link_z;
+    const double t41 = t37 + (cos_q4 * t36 + sin_q4 * t35 + t37);
     /* motion: wrist_3_link */
-    const double w_wrist_3_link_x = cos_q5 * w_wrist_2_link_z + sin_q5 * w_wrist_2_link_x;
-    const double w_wrist_3_link_y = cos_q5 * w_wrist_2_link_x - sin_q5 * w_wrist_2_link_z;
     const double w_wrist_3_link_z = v[5] + w_wrist_2_link_y;
     const double dw_wrist_3_link_z = a[5] + dw_wrist_2_link_y;
-    const double t41 = cos_q5 * dw_wrist_2_link_z + sin_q5 * dw_wrist_2_link_x;
-    const double t42 = cos_q5 * dw_wrist_2_link_x - sin_q5 * dw_wrist_2_link_z;
-    const double t43 = w_wrist_3_link_x * w_wrist_3_link_y;
-    const double t44 = w_wrist_3_link_x * w_wrist_3_link_z;
-    const double t45 = w_wrist_3_link_y * w_wrist_3_link_z;
+    const double t42 = w_wrist_2_link_x * w_wrist_3_link_z;
+    const double t43 = w_wrist_2_link_z * w_wrist_3_link_z;
+    const double t44 = t43 - (t41 - t43);
+    const double t45 = t42 + (t42 - t40);
     /* force: wrist_3_link */
-    const double n_wrist_3_link_x = 0.016911 * (t41 + v[5] * w_wrist_3_link_y + t45);
-    const double t46 = 0.0002254731454 * (t44 - (t42 - v[5] * w_wrist_3_link_x));
-    const double t47 = 0.0002254731454 * (dw_wrist_3_link_z + t43);
-    const double n_wrist_3_link_z = t47 - 0.016911 * (t43 - dw_wrist_3_link_z);
+    const double t46 = w_wrist_2_link_x * w_wrist_2_link_x;
+    const double t47 = t18 * (t38 + dw_wrist_3_link_z);
+    const double t48 = t20 * (t46 - w_wrist_2_link_z * w_wrist_2_link_z);
+    const double n_wrist_3_link_z = t47 - t19 * (t38 - dw_wrist_3_link_z) - t48;
     tau[5] = n_wrist_3_link_z;
     /* force: wrist_2_link */
-    const double t48 = dw_wrist_2_link_x + w_wrist_2_link_y * w_wrist_2_link_z;
-    const double t49 = w_wrist_2_link_x * w_wrist_2_link_z - dw_wrist_2_link_y;
-    const double t50 = 0.126621 * (t40 - dw_wrist_2_link_z);
-    const double n_wrist_2_link_x = sin_q5 * n_wrist_3_link_x - cos_q5 * t46 + 0.126621 * t48;
-    const double n_wrist_2_link_y = n_wrist_3_link_z - 0.10971 * t49;
-    const double t51 = 0.10971 * (dw_wrist_2_link_z + t40) - t50;
-    const double n_wrist_2_link_z = cos_q5 * n_wrist_3_link_x + sin_q5 * t46 + t51;
+    const double n_wrist_2_link_x = t20 * t45 - t18 * t44 + 0.126621 * t41;
+    const double n_wrist_2_link_y = n_wrist_3_link_z - 0.10971 * (t38 - dw_wrist_2_link_y);
+    const double t49 = 0.10971 * (dw_wrist_2_link_z + t39) - 0.126621 * t40;
+    const double n_wrist_2_link_z = t19 * t45 - t20 * t44 + t49;
     tau[4] = n_wrist_2_link_z;
     /* force: wrist_1_link */
-    const double t52 = 0.017784735 * (w_wrist_1_link_y * w_wrist_1_link_y + t33);
-    const double f_wrist_1_link_y = 0.017784735 * t36;
-    const double t53 = 0.017784735 * t37;
-    const double t54 = 0.00460883622975 * t36 + 0.10971 * (dw_wrist_1_link_z + t34);
-    const double t55 = 0.00460883622975 * t37 + 0.001653980355 * (t30 * t30 - t33);
-    const double t56 = 0.017784735 * (a_forearm_link_z + (a[0] * t15 - t16 * t29));
-    const double t57 = 0.001653980355 * (t35 - dw_wrist_1_link_x) + t54;
-    const double t58 = 0.10971 * (dw_wrist_1_link_x + t35) - 0.001653980355 * t36;
-    const double t59 = cos_q4 * n_wrist_2_link_x - sin_q4 * n_wrist_2_link_y;
-    const double t60 = sin_q4 * n_wrist_2_link_x + cos_q4 * n_wrist_2_link_y;
-    const double n_wrist_1_link_z = t60 + (t57 + 0.017784735 * (t32 - sin_1 * t31));
+    const double t50 = 0.017784735 * (w_wrist_1_link_y * w_wrist_1_link_y + t33);
+    const double f_wrist_1_link_y = 0.017784735 * t35;
+    const double t51 = 0.00460883622975 * t35 + 0.10971 * (dw_wrist_1_link_z + t34);
+    const double t52 = 0.00460883622975 * t36 + 0.001653980355 * (t27 * t27 - t33);
+    const double t53 = 0.017784735 * (cos_1 * t31 - sin_1 * t32);
+    const double t54 = 0.10971 * (t29 + dw_wrist_1_link_x) - 0.001653980355 * t35;
+    const double t55 = cos_q4 * n_wrist_2_link_x - sin_q4 * n_wrist_2_link_y;
+    const double t56 = sin_q4 * n_wrist_2_link_x + cos_q4 * n_wrist_2_link_y;
+    const double n_wrist_1_link_z = t56 + (0.001653980355 * t28 + t51 + t53);
     tau[3] = n_wrist_1_link_z;
-    const double t61 = cos_1 * t52 + sin_1 * f_wrist_1_link_y;
-    const double t62 = cos_1 * f_wrist_1_link_y - sin_1 * t52;
-    const double t63 = cos_1 * (n_wrist_2_link_z + t58) - sin_1 * (t59 + (t55 - t56));
+    const double t57 = k9 * t31 + (cos_1 * f_wrist_1_link_y - sin_1 * t50);
+    const double f_forearm_link_y = k9 * t32 - (cos_1 * t50 + sin_1 * f_wrist_1_link_y);
+    const double f_forearm_link_z = k9 * a_wrist_1_link_z - 0.017784735 * t36;
+    const double t58 = sin_1 * (t55 + (t52 - 0.017784735 * a_wrist_1_link_z));
     /* force: forearm_link */
-    const double t64 = a[0] * (0.0020475 + cos_t1 * t11) + t14 * dw_forearm_link_z;
-    const double t65 = t13 * (t24 - t27) + 0.59565195167475 * dw_forearm_link_z;
-    const double t66 = t9 * a_forearm_link_y + t10 * t25;
-    const double t67 = t62 + (t9 * t28 + t10 * dw_forearm_link_z);
-    const double t68 = t12 * t29 - t64 - t13 * t26 - t9 * a_forearm_link_z;
-    const double t69 = n_wrist_1_link_z + (t16 * t62 - t15 * t61);
-    const double n_forearm_link_z = t69 + (t12 * t17 + (a[0] * t14 + t65) + t66);
+    const double t59 = t12 * t26 + (a[0] * t11 + t13 * dw_forearm_link_z);
+    const double t60 = a[0] * t13 + dw_forearm_link_z * (t11 + (t10 - 0.033508873944));
+    const double t61 = cos_1 * (n_wrist_2_link_z + t54) - t58 - t14 * f_forearm_link_z;
+    const double t62 = n_wrist_1_link_z + (t14 * f_forearm_link_y + t15 * t57);
+    const double n_forearm_link_z = t62 + (t60 - t12 * t21);
     tau[2] = n_forearm_link_z;
-    const double t70 = t7 * (t9 * dw_forearm_link_z - t10 * t26 - t61) + t8 * t67;
+    const double t63 = t57 + k10 * t24;
+    const double t64 = t7 * (f_forearm_link_z + k10 * a_forearm_link_z);
+    const double t65 = t7 * (f_forearm_link_y + k10 * a_forearm_link_y) + t8 * t63;
     /* force: upper_arm_link */
-    const double t71 = t5 * t23 - (a[0] * (0.0075537 + cos_q1 * t4) + a[1] * t6);
-    const double t72 = t5 * t17 + (a[0] * t6 + 1.77012693841 * a[1]);
-    const double t73 = t63 + t15 * t53 + t68 - t7 * (a[0] * t9 - t10 * t29 - t53);
-    tau[1] = n_forearm_link_z + t70 + (t72 + (t3 * t19 - 43.486969725 * cos_q1));
-    const double n_upper_arm_link_y = t73 + (t71 - 0.3369075105 * cos_q1 * t21 + t2 * t20);
+    const double t66 = t5 * t23 + (a[0] * t4 + a[1] * t6);
+    const double t67 = t61 - (0.051322656825 * cos_t1 * t25 + t59) - t64;
+    tau[1] = t65 + n_forearm_link_z + (a[0] * t6 + a[1] * (t4 + (t3 - 0.12141882409)) - t5 * t21);
     /* force: shoulder_link */
-    const double t74 = 0.01615 * (t67 + (t2 * t22 + a[1] * t3)) - n_upper_arm_link_y;
-    tau[0] = t74 + 0.29853861244275 * a[0];
+    tau[0] = 0.01615 * t63 - (t67 - (0.3369075105 * cos_q1 * t22 + t66)) + 0.2958181279045 * a[0];
 }
 
 /*
  * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (6, m or rad), v (6, m/s or rad/s), tau (6, N or N.m) to a (6, m/s^2 or rad/s^2).
- * Plan: factored, parallel axes merged. Operations: 194 add, 219 mul, 5 div, 5 sincos.
+ * Plan: articulated, parallel axes merged. Operations: 166 add, 222 mul, 5 div, 5 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
  */
 void ur5_forward_dynamics(const double q[6], const double v[6], const double tau[6], double a[6])
@@ -2277,191 +2286,181 @@ void ur5_forward_dynamics(const double q[6], const double v[6], const double tau
     const double cos_q5 = cosines[4];
     const double t2 = 4.4329225 * cos_q1;
     const double t3 = 1.75501953841 * cos_q1;
-    const double t4 = cos_q1 * t3;
-    const double t5 = sin_q1 * t3;
-    const double t6 = 0.425 * cos_q1;
-    const double t7 = 0.425 * sin_q1;
-    const double t8 = 1.598759275 * cos_t1;
-    const double t9 = 1.598759275 * sin_t1;
-    const double t10 = 0.59155695167475 * cos_t1;
-    const double t11 = cos_t1 * t10;
-    const double t12 = sin_t1 * t10;
-    const double t13 = 0.051322656825 * cos_t1;
-    const double t14 = 0.39225 * cos_t1;
-    const double t15 = 0.39225 * sin_t1;
+    const double t4 = sin_q1 * t3;
+    const double t5 = 0.425 * cos_q1;
+    const double t6 = 0.425 * sin_q1;
+    const double t7 = 1.598759275 * cos_t1;
+    const double t8 = 1.598759275 * sin_t1;
+    const double t9 = 0.59155695167475 * cos_t1;
+    const double t10 = sin_t1 * t9;
+    const double t11 = 0.39225 * cos_t1;
+    const double t12 = 0.39225 * sin_t1;
+    const double t13 = 0.0166855268546 * cos_q5;
+    const double t14 = cos_q5 * t13;
+    const double t15 = 0.016911 - t14;
+    const double t16 = 0.0002254731454 + t14;
+    const double t17 = sin_q5 * t13;
     /* motion: shoulder_link */
-    const double t16 = v[0] * v[0];
+    const double t18 = v[0] * v[0];
     /* motion: upper_arm_link */
-    const double t17 = v[0] * v[1];
-    const double t18 = 0.01615 * t16;
-    const double t19 = v[1] * v[1];
-    const double t20 = t16 + t19;
-    const double t21 = 2.0 * t17;
+    const double t19 = 0.01615 * t18;
+    const double t20 = v[1] * v[1];
+    const double t21 = t18 + t20;
+    const double t22 = 2.0 * (v[0] * v[1]);
     /* motion: forearm_link */
     const double w_forearm_link_z = v[1] + v[2];
-    const double t22 = t17 + v[0] * v[2];
-    const double t23 = t6 * t20;
-    const double t24 = 9.81 + t7 * t19;
-    const double t25 = t18 + t7 * t21;
+    const double t23 = t5 * t21;
+    const double t24 = 9.81 + t6 * t20;
+    const double t25 = t19 + t6 * t22;
     const double t26 = w_forearm_link_z * w_forearm_link_z;
-    const double t27 = v[0] * w_forearm_link_z;
-    const double t28 = t16 + t26;
-    const double t29 = t22 + t27;
+    const double t27 = t18 + t26;
+    const double t28 = 2.0 * (v[0] * w_forearm_link_z);
     /* motion: wrist_1_link */
-    const double t30 = v[0] * cos_1;
+    const double t29 = v[0] * cos_1;
     const double w_wrist_1_link_y = v[0] * sin_1;
     const double w_wrist_1_link_z = v[3] + w_forearm_link_z;
-    const double dw_wrist_1_link_x = sin_1 * t22 + v[3] * w_wrist_1_link_y;
-    const double dw_wrist_1_link_y = cos_1 * t22 + v[3] * t30;
-    const double t31 = w_wrist_1_link_z * w_wrist_1_link_z;
-    const double t32 = t30 * w_wrist_1_link_y;
-    const double t33 = w_wrist_1_link_y * w_wrist_1_link_z;
-    const double t34 = dw_wrist_1_link_y + t30 * w_wrist_1_link_z;
+    const double dw_wrist_1_link_x = w_wrist_1_link_y * w_wrist_1_link_z;
+    const double dw_wrist_1_link_y = t29 * w_wrist_1_link_z;
+    const double t30 = w_wrist_1_link_z * w_wrist_1_link_z;
+    const double t31 = t29 * w_wrist_1_link_y;
+    const double t32 = 2.0 * dw_wrist_1_link_y;
     /* motion: wrist_2_link */
     const double w_wrist_2_link_x = cos_q4 * w_wrist_1_link_y + sin_q4 * w_wrist_1_link_z;
     const double w_wrist_2_link_y = cos_q4 * w_wrist_1_link_z - sin_q4 * w_wrist_1_link_y;
-    const double w_wrist_2_link_z = v[4] - t30;
-    const double dw_wrist_2_link_x = cos_q4 * dw_wrist_1_link_y + v[4] * w_wrist_2_link_y;
-    const double t35 = sin_q4 * dw_wrist_1_link_y + v[4] * w_wrist_2_link_x;
+    const double w_wrist_2_link_z = v[4] - t29;
+    const double t33 = w_wrist_2_link_y * w_wrist_2_link_z;
+    const double t34 = w_wrist_2_link_x * w_wrist_2_link_z;
+    const double t35 = cos_q4 * t31 + sin_q4 * t32 + t34;
     const double t36 = w_wrist_2_link_x * w_wrist_2_link_y;
+    const double t37 = t36 - dw_wrist_1_link_x;
+    const double t38 = t34 + t35;
+    const double t39 = t33 + (t33 - (sin_q4 * t31 - cos_q4 * t32));
     /* motion: wrist_3_link */
-    const double w_wrist_3_link_x = cos_q5 * w_wrist_2_link_z + sin_q5 * w_wrist_2_link_x;
-    const double w_wrist_3_link_y = cos_q5 * w_wrist_2_link_x - sin_q5 * w_wrist_2_link_z;
     const double w_wrist_3_link_z = v[5] + w_wrist_2_link_y;
-    const double t37 = cos_q5 * dw_wrist_1_link_x + sin_q5 * dw_wrist_2_link_x;
-    const double t38 = cos_q5 * dw_wrist_2_link_x - sin_q5 * dw_wrist_1_link_x;
-    const double t39 = w_wrist_3_link_x * w_wrist_3_link_y;
-    const double t40 = w_wrist_3_link_x * w_wrist_3_link_z;
-    const double t41 = w_wrist_3_link_y * w_wrist_3_link_z;
+    const double t40 = w_wrist_2_link_x * w_wrist_3_link_z;
+    const double t41 = w_wrist_2_link_z * w_wrist_3_link_z;
+    const double t42 = t41 - (t39 - t41);
+    const double t43 = t40 + (t40 - t37);
     /* force: wrist_3_link */
-    const double n_wrist_3_link_x = 0.016911 * (t37 + v[5] * w_wrist_3_link_y + t41);
-    const double t42 = 0.0002254731454 * (t40 - (t38 - v[5] * w_wrist_3_link_x));
-    const double n_wrist_3_link_z = 0.0002254731454 * (t39 - t35) - 0.016911 * (t35 + t39);
-    /* force: wrist_2_link */
-    const double t43 = dw_wrist_2_link_x + w_wrist_2_link_y * w_wrist_2_link_z;
-    const double t44 = 0.126621 * (t36 - dw_wrist_1_link_x);
-    const double n_wrist_2_link_x = sin_q5 * n_wrist_3_link_x - cos_q5 * t42 + 0.126621 * t43;
-    const double t45 = 0.10971 * (t35 + w_wrist_2_link_x * w_wrist_2_link_z);
-    const double n_wrist_2_link_y = n_wrist_3_link_z - t45;
-    const double t46 = 0.10971 * (dw_wrist_1_link_x + t36) - t44;
-    const double n_wrist_2_link_z = cos_q5 * n_wrist_3_link_x + sin_q5 * t42 + t46;
+    const double t44 = w_wrist_2_link_x * w_wrist_2_link_x;
+    const double t45 = t17 * (t44 - w_wrist_2_link_z * w_wrist_2_link_z);
+    /* articulated inertia: wrist_3_link */
+    const double t46 = 0.2365564731454 + t14;
+    const double t47 = tau[5] - 0.10971 * t38;
+    const double t48 = 0.10971 * (dw_wrist_1_link_x + t36) - 0.126621 * t37;
+    const double t49 = t16 * t43 - t17 * t42 + t48;
+    /* articulated inertia: wrist_2_link */
+    const double t50 = 1.0 / t46;
+    const double t51 = tau[4] - t49;
+    const double t52 = 0.143532 - t14 - t17 * (t17 * t50);
+    const double t53 = t50 * t51;
+    const double t54 = t17 * t43 - t15 * t42 + 0.126621 * t39 + t17 * t53;
+    const double t55 = cos_q4 * (t52 - 0.10971);
+    const double t56 = cos_q4 * t55;
+    const double t57 = sin_q4 * t55;
+    const double t58 = 0.11431883622975 + (t52 - t56);
     /* force: wrist_1_link */
-    const double t47 = 0.017784735 * (w_wrist_1_link_y * w_wrist_1_link_y + t31);
-    const double t48 = 0.017784735 * t32;
-    const double t49 = 0.017784735 * t34;
-    const double t50 = 0.001653980355 * (t33 - dw_wrist_1_link_x);
-    const double a_wrist_1_link_y = cos_1 * (t23 + t14 * t28) + sin_1 * (t24 + t15 * t26);
-    const double t51 = 0.00460883622975 * t34 + 0.001653980355 * (t30 * t30 - t31);
-    const double t52 = 0.10971 * (dw_wrist_1_link_x + t33) + 0.001653980355 * t32;
-    const double t53 = cos_q4 * n_wrist_2_link_x - sin_q4 * n_wrist_2_link_y;
-    const double t54 = t50 + 0.10510116377025 * t32 + 0.017784735 * a_wrist_1_link_y;
-    const double n_wrist_1_link_z = sin_q4 * n_wrist_2_link_x + cos_q4 * n_wrist_2_link_y + t54;
-    const double t55 = sin_1 * t48 - cos_1 * t47;
-    const double t56 = sin_1 * t47 + cos_1 * t48;
-    const double t57 = sin_1 * (t53 + (t51 + 0.017784735 * (t25 + t15 * t29)));
-    /* force: forearm_link */
-    const double f_forearm_link_x = t56 - t8 * t28;
-    const double t58 = cos_1 * (n_wrist_2_link_z + t52) - t57 + t14 * t49;
-    const double t59 = t13 * (t22 - t27) + t12 * t16 + (t9 * t23 - t8 * t24);
-    const double n_forearm_link_z = n_wrist_1_link_z + (t14 * t55 - t15 * t56) + t59;
-    const double n_forearm_link_y = t58 + (t12 * t29 - t13 * t26 + t8 * t25);
-    const double t60 = t6 * (t55 - t9 * t26) - t7 * f_forearm_link_x;
-    /* force: upper_arm_link */
-    const double t61 = t5 * t21 - 0.3369075105 * cos_q1 * t19 + t2 * t18;
-    const double n_upper_arm_link_y = n_forearm_link_y + t6 * (t49 + t9 * t29) + t61;
-    const double t62 = n_upper_arm_link_y + 0.01615 * (f_forearm_link_x - t2 * t20);
-    const double n_upper_arm_link_z = n_forearm_link_z + t60 + (t5 * t16 - 43.486969725 * cos_q1);
-    const double t63 = tau[4] - n_wrist_2_link_z;
-    const double t64 = tau[5] - n_wrist_3_link_z;
-    /* composite inertia: wrist_3_link */
-    const double t65 = 0.0166855268546 * cos_q5;
-    const double t66 = cos_q5 * t65;
-    const double t67 = sin_q5 * t65;
-    /* composite inertia: wrist_2_link */
-    const double t68 = cos_q4 * (t66 - 0.0166855268546);
-    const double t69 = cos_q4 * t68;
-    const double t70 = cos_q4 * t67;
-    const double t71 = sin_q4 * t67;
-    const double t72 = 0.02151983622975 - t66;
-    const double t73 = 0.236331 + t69;
-    /* composite inertia: wrist_1_link */
-    const double t74 = 0.017784735 * cos_1;
-    const double t75 = 0.017784735 * sin_1;
-    const double t76 = cos_1 * (cos_1 * (t72 - t73) + sin_1 * (2.0 * t70));
-    const double t77 = cos_1 * (0.001653980355 - t71) - sin_1 * (sin_q4 * t68);
-    const double hc_forearm_link_x = t8 - t75;
-    const double hc_forearm_link_y = t9 + t74;
-    const double t78 = 0.0020475 + t11 + (t72 - t76 - t14 * (0.03556947 * sin_1));
-    const double t79 = 0.59360445167475 - t11 + (t73 + t76 + t15 * (0.03556947 * cos_1));
-    const double t80 = 0.051322656825 * sin_t1 + t77;
-    /* composite inertia: forearm_link */
-    const double t81 = 0.0075537 + t4 + (t78 + t6 * (2.0 * hc_forearm_link_x));
-    /* composite inertia: upper_arm_link */
-    const double t82 = 0.01615 * (4.4329225 * sin_q1 + hc_forearm_link_y);
-    /* mass matrix: columns of shoulder_link */
-    const double t83 = 0.29520861244275 + (0.1099354731454 + t66 - t69);
-    /* mass matrix: columns of upper_arm_link */
-    const double t84 = 1.76257323841 - t4 + (t79 + t7 * (2.0 * hc_forearm_link_y));
-    /* mass matrix: columns of forearm_link */
-    const double t85 = t78 + t79;
-    /* mass matrix: columns of wrist_1_link */
-    const double t86 = t72 + t73;
-    const double t87 = t86 + (t15 * t74 - t14 * t75);
-    /* mass matrix: columns of wrist_2_link */
-    const double t88 = 0.2365564731454 + t66;
-    const double t89 = cos_1 * t88 - sin_1 * t70;
-    /* mass matrix: columns of wrist_3_link */
-    const double t90 = sin_1 * (0.0171364731454 * sin_q4);
-    /* factor: LᵀDL */
-    const double t91 = cos_q4 * (0.0171364731454 * cos_q4);
-    const double t92 = cos_q4 * t90;
-    const double t93 = k9 * t90;
-    const double t94 = 1.0 / t88;
-    const double t95 = t71 * t94;
-    const double t96 = t71 * t95;
-    const double t97 = t86 - t91 - t96;
-    const double t98 = t87 - t91 - t96;
-    const double t99 = t87 + (t7 * t74 - t6 * t75) - t91 - t96;
-    const double t100 = t89 * t95;
-    const double t101 = t77 + 0.00028722347025 * cos_1 + t92 + t100;
-    const double t102 = t85 + (t6 * hc_forearm_link_x + t7 * hc_forearm_link_y) - t91;
-    const double t103 = t89 * t94;
-    const double t104 = 1.0 / t97;
-    const double t105 = t98 * t104;
-    const double t106 = t85 - t91 - t96 - t98 * t105;
-    const double t107 = t102 - t96 - t99 * t105;
-    const double t108 = t80 + 0.01615 * hc_forearm_link_y + t92 + t100 - t101 * t105;
-    const double t109 = t99 * t104;
-    const double t110 = t101 * t104;
-    const double t111 = 1.0 / t106;
-    const double t112 = t107 * t111;
-    const double t113 = t81 + t84 - t91 - t96 - t99 * t109 - t107 * t112;
-    const double t114 = 0.3369075105 * sin_q1 + t80 + t82 + t92 + t100 - t101 * t109;
-    const double t115 = t114 - t108 * t112;
-    const double t116 = t108 * t111;
-    const double t117 = 0.00333 + t81 + t83 - t90 * t93 - t89 * t103 - t101 * t110;
-    const double t118 = 1.0 / t113;
-    const double t119 = t115 * t118;
-    const double t120 = t117 - t108 * t116 - t115 * t119;
-    /* solve */
-    const double t121 = cos_q4 * t64;
-    const double t122 = t63 * t95;
-    const double t123 = tau[3] - n_wrist_1_link_z - t121 - t122;
-    const double t124 = tau[2] - n_forearm_link_z - t121 - t122 - t105 * t123;
-    const double t125 = tau[1] - n_upper_arm_link_z - t121 - t122 - t109 * t123 - t112 * t124;
-    const double t126 = tau[0] + t62 + t64 * t93 + t63 * t103 - t110 * t123;
-    const double t127 = 1.0 / t120 * (t126 - t116 * t124 - t119 * t125);
+    const double t59 = 0.017784735 * (w_wrist_1_link_y * w_wrist_1_link_y + t30);
+    const double t60 = 0.03556947 * dw_wrist_1_link_y;
+    const double t61 = 0.0092176724595 * dw_wrist_1_link_y;
+    const double a_wrist_1_link_y = cos_1 * (t23 + t11 * t27) + sin_1 * (t24 + t12 * t26);
+    const double t62 = t61 + 0.001653980355 * (t29 * t29 - t30);
+    const double t63 = 0.21942 * dw_wrist_1_link_x + 0.001653980355 * t31;
+    const double t64 = t62 + 0.017784735 * (t25 + t12 * t28);
+    const double t65 = 0.10510116377025 * t31 + 0.017784735 * a_wrist_1_link_y;
+    const double t66 = sin_q4 * t54 + cos_q4 * t47 + t65;
+    /* articulated inertia: wrist_1_link */
+    const double t67 = 1.0 / t58;
+    const double t68 = tau[3] - t66;
+    const double t69 = t57 * t67;
+    const double t70 = 0.11431883622975 + t56 - t57 * t69;
+    const double t71 = 0.000029415602308880925 * t67;
+    const double t72 = 0.017784735 * t69;
+    const double t73 = 0.000316296799020225 * t67;
+    const double t74 = t67 * t68;
+    const double t75 = 0.017784735 * (t74 - t31);
+    const double t76 = cos_1 * t73;
+    const double t77 = cos_1 * t76;
+    const double t78 = t77 - t73;
+    const double t79 = sin_1 * t76;
+    const double t80 = cos_1 * t72 - sin_1 * t71;
+    const double t81 = 0.017784735 * sin_1;
+    const double t82 = cos_1 * t80 - t72;
+    const double t83 = t71 + sin_1 * t80;
+    const double t84 = t12 * t77 - t11 * t79;
+    const double t85 = t12 * t79 + t11 * t78;
+    const double t86 = sin_1 * (2.0 * (t57 * (0.001653980355 * t67)));
+    const double t87 = t70 + cos_1 * (cos_1 * (0.10971 - k12 * t67 - t70) - t86);
+    const double t88 = cos_1 * t59 + sin_1 * t75;
+    const double t89 = cos_1 * t75 - sin_1 * t59;
+    const double t90 = sin_1 * (cos_q4 * t54 - sin_q4 * t47 + t64 + t57 * t74);
+    const double t91 = cos_1 * (t49 + t46 * t53 + t63 - 0.001653980355 * t74) - t90;
+    const double t92 = t12 * t83 + t11 * t82 - 0.051322656825 * sin_t1;
+    const double t93 = 0.59565195167475 + (t11 * t85 - t12 * t84);
+    const double t94 = t84 - t8;
+    const double t95 = t7 + t85;
+    const double t96 = t10 * t28 - 0.051322656825 * cos_t1 * t26 + t7 * t25;
+    const double t97 = t66 + t58 * t74 + (t12 * t89 - t11 * t88);
+    const double t98 = t10 * t18 + (t8 * t23 - t7 * t24) + t97;
+    /* articulated inertia: forearm_link */
+    const double t99 = 1.0 / t93;
+    const double t100 = tau[2] - t98;
+    const double t101 = t92 * t99;
+    const double t102 = 0.0020475 + cos_t1 * t9 + (t87 - 2.0 * (t11 * t81));
+    const double t103 = t83 + t94 * t101;
+    const double t104 = t94 * t99;
+    const double t105 = t77 + t94 * t104;
+    const double t106 = t79 + t95 * t104;
+    const double t107 = t99 * t100;
+    const double t108 = t94 * t107 - (t7 * t27 + t89);
+    const double t109 = t6 * t105 - t5 * t106;
+    const double t110 = t5 * (t95 * t107 - (t8 * t26 + t88)) - t6 * t108;
+    const double t111 = t102 - t92 * t101 - 2.0 * (t5 * (t81 - t7));
+    const double t112 = t6 * t103 + t5 * (t82 - t95 * t101) - 0.3369075105 * sin_q1;
+    const double t113 = t5 * (t6 * t106 + t5 * (t78 - t95 * (t95 * t99))) - t6 * t109;
+    const double t114 = 1.77012693841 + t113;
+    const double t115 = t109 - 4.4329225 * sin_q1;
+    const double t116 = t5 * (t60 + t8 * t28) + (t91 + t11 * t60 + t96 + t92 * t107);
+    /* articulated inertia: upper_arm_link */
+    const double t117 = 1.0 / t114;
+    const double t118 = tau[1] - (t4 * t18 - 43.486969725 * cos_q1 + (t98 + t93 * t107 + t110));
+    const double t119 = t112 * t117;
+    const double t120 = t103 + t115 * t119;
+    const double t121 = t117 * t118;
+    const double t122 = t4 * t22 - 0.3369075105 * cos_q1 * t20 + t2 * t19 + t116;
+    const double t123 = t120 + (t120 + 0.01615 * (t105 + t115 * (t115 * t117)));
+    const double t124 = 0.0075537 + cos_q1 * t3 + t111 - t112 * t119 - 0.01615 * t123;
+    const double t125 = 0.29853861244275 + t124;
+    /* articulated inertia: shoulder_link */
+    const double t126 = t122 + t112 * t121 + 0.01615 * (t108 - t2 * t21 + t115 * t121);
+    /* acceleration: shoulder_link */
+    const double t127 = 1.0 / t125 * (tau[0] + t126);
     a[0] = t127;
-    const double t128 = t118 * t125 - t119 * t127;
-    a[1] = t128;
-    const double t129 = t111 * t124 - t112 * t128 - t116 * t127;
-    a[2] = t129;
-    const double t130 = t104 * t123 - t105 * t129 - t109 * t128 - t110 * t127;
-    a[3] = t130;
-    a[4] = t63 * t94 - t95 * t130 - t95 * t129 - t95 * t128 + t103 * t127;
-    a[5] = k9 * t64 - cos_q4 * t130 - cos_q4 * t129 - cos_q4 * t128 + t93 * t127;
+    /* acceleration: upper_arm_link */
+    const double t128 = 0.01615 * t127;
+    const double t129 = t117 * (t118 + (t112 * t127 + t115 * t128));
+    a[1] = t129;
+    /* acceleration: forearm_link */
+    const double t130 = t5 * t129;
+    const double t131 = t128 + t6 * t129;
+    const double t132 = t99 * (t100 - (t93 * t129 - t92 * t127 + (t95 * t130 - t94 * t131)));
+    a[2] = t132;
+    const double t133 = t129 + t132;
+    /* acceleration: wrist_1_link */
+    const double t134 = cos_1 * t127;
+    const double t135 = sin_1 * t127;
+    const double t136 = cos_1 * (t131 + t12 * t133) - sin_1 * (t130 + t11 * t133);
+    const double t137 = 0.001653980355 * t134 + t57 * t135 + t58 * t133;
+    const double t138 = t67 * (t68 - (t137 + 0.017784735 * t136));
+    a[3] = t138;
+    const double t139 = t133 + t138;
+    /* acceleration: wrist_2_link */
+    a[4] = t50 * (t51 - (t17 * (cos_q4 * t135 + sin_q4 * t139) - t46 * t134));
+    /* acceleration: wrist_3_link */
+    const double t140 = 0.0171364731454 * (cos_q4 * t139 - sin_q4 * t135);
+    a[5] = k11 * (tau[5] - (t15 * (t34 - t35) - t16 * t38 - t45) - t140);
     /* no answer unless these are positive */
-    if (!(t120 > 0.0 && t113 > 0.0 && t106 > 0.0 && t97 > 0.0 && t88 > 0.0)) {
+    if (!(t125 > 0.0 && t114 > 0.0 && t93 > 0.0 && t58 > 0.0 && t46 > 0.0)) {
         for (int i = 0; i < 6; ++i) {
             a[i] = (double)NAN;
         }
@@ -2516,21 +2515,21 @@ void ur5_kinetic_energy(const double q[6], const double v[6], double T[1])
     const double t21 = cos_q5 * t17 - sin_q5 * t19;
     const double t22 = v[5] + t18;
     const double t23 = t1 * (0.0075537 * t1 + 0.3369075105 * v[1]);
-    const double t24 = 0.3369075105 * t1 + 1.77012693841 * v[1] + 4.4329225 * t5;
+    const double t24 = 4.4329225 * t5 + 0.3369075105 * t1 + 1.77012693841 * v[1];
     const double t25 = t23 + t2 * (1.76257323841 * t2) + v[1] * t24;
     const double t26 = v[0] * (0.29853861244275 * v[0]);
-    const double t27 = 0.051322656825 * t6 + 0.59565195167475 * t11;
+    const double t27 = 1.598759275 * t10 + 0.051322656825 * t6;
     const double t28 = t7 * (0.59360445167475 * t7 - 0.679472691875 * t2);
     const double t29 = t6 * (0.0020475 * t6 + 0.051322656825 * t11) + t28;
     const double t30 = t10 * (1.598759275 * t11) - t8 * (1.598759275 * t7);
-    const double t31 = t30 + (t29 + t11 * (t27 + 1.598759275 * t10));
-    const double t32 = 0.11431883622975 * t16 - 0.001653980355 * t12;
+    const double t31 = t30 + (t29 + t11 * (t27 + 0.59565195167475 * t11));
+    const double t32 = 0.017784735 * t15 + 0.001653980355 * t12;
     const double t33 = t13 * (0.00460883622975 * t13 - 0.017784735 * t14);
     const double t34 = t12 * (0.10971 * t12 - 0.001653980355 * t16) + t33;
     const double t35 = t15 * (0.017784735 * t16) + t14 * (0.017784735 * t13);
-    const double t36 = t26 + (t5 * (4.4329225 * v[1]) + t25) + t31;
+    const double t36 = t34 + t16 * (0.11431883622975 * t16 - t32) - t35;
     const double t37 = t17 * (0.126621 * t17) + t18 * (0.10971 * t18);
-    const double t38 = t36 + (t34 + t16 * (t32 - 0.017784735 * t15) - t35);
+    const double t38 = t26 + (t5 * (4.4329225 * v[1]) + t25) + t31 + t36;
     const double t39 = t20 * (0.016911 * t20) + t21 * (0.0002254731454 * t21);
     const double t40 = t38 + (t37 + t19 * (0.236331 * t19));
     T[0] = 0.5 * (t40 + (t39 + t22 * (0.0171364731454 * t22)));

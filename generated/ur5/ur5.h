@@ -79,7 +79,7 @@ void ur5_mass_matrix(const double q[6], double M[36]);
 /*
  * coriolis_matrix: C = R^T Mn dR/dt
  * From q (6, m or rad), v (6, m/s or rad/s) to C (6 x 6, SI).
- * Plan: composite, parallel axes merged. Operations: 175 add, 229 mul, 5 sincos.
+ * Plan: composite, parallel axes merged. Operations: 155 add, 170 mul, 5 sincos.
  */
 void ur5_coriolis_matrix(const double q[6], const double v[6], double C[36]);
 
@@ -100,21 +100,21 @@ void ur5_passive_force(const double q[6], const double v[6], double passive[6]);
 /*
  * bias_force: h = C v + gravity_force + passive_force
  * From q (6, m or rad), v (6, m/s or rad/s) to h (6, N or N.m).
- * Plan: recursive, parallel axes merged. Operations: 86 add, 121 mul, 5 sincos.
+ * Plan: recursive, parallel axes merged. Operations: 74 add, 103 mul, 5 sincos.
  */
 void ur5_bias_force(const double q[6], const double v[6], double h[6]);
 
 /*
  * inverse_dynamics: tau = mass_matrix a + bias_force
  * From q (6, m or rad), v (6, m/s or rad/s), a (6, m/s^2 or rad/s^2) to tau (6, N or N.m).
- * Plan: recursive, parallel axes merged. Operations: 119 add, 152 mul, 5 sincos.
+ * Plan: recursive, parallel axes merged. Operations: 108 add, 126 mul, 5 sincos.
  */
 void ur5_inverse_dynamics(const double q[6], const double v[6], const double a[6], double tau[6]);
 
 /*
  * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (6, m or rad), v (6, m/s or rad/s), tau (6, N or N.m) to a (6, m/s^2 or rad/s^2).
- * Plan: factored, parallel axes merged. Operations: 194 add, 219 mul, 5 div, 5 sincos.
+ * Plan: articulated, parallel axes merged. Operations: 166 add, 222 mul, 5 div, 5 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
  */
 void ur5_forward_dynamics(const double q[6], const double v[6], const double tau[6], double a[6]);

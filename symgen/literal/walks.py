@@ -1,8 +1,8 @@
 """R x and Rᵀ y of large trees by one walk each, without forming R.
 
-R factors along the paths of the tree: the velocity of an entity follows from the motion of its body, which follows from
-the parent's (paper (4.1), (4.3)); transposed, what acts on entities is summed from the leaves, and every joint takes its
-part of the sum of what is beyond it. The numbers are those of R assembled block by block.
+R factors along the paths of the tree: the velocity of an entity follows from the motion of its body, which follows
+from the parent's (paper (4.1), (4.3)); transposed, what acts on entities is summed from the leaves, and every joint
+takes its part of the sum of what is beyond it. The numbers are those of R assembled block by block.
 """
 
 from __future__ import annotations

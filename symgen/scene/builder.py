@@ -162,7 +162,7 @@ class SceneBuilder:
         return self
 
     def options(self, **options: Any) -> Self:
-        """``base_velocity``, ``precision``, ``trigonometry``, ``snap``, ``status``, ``batch``, ``code``, ``targets``."""
+        """Base velocity, precision, trigonometry, snap, status, batch, code, targets: as in a scene's options."""
         if "snap" in options:
             options["snap"] = self._number(options["snap"], "options.snap")
         if "targets" in options:

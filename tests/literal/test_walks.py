@@ -12,7 +12,17 @@ from symgen.algebra.numbers import State
 from symgen.literal import walks
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-SCENES = ("cart_pole", "fig1", "fig2", "gripper", "panda", "screw_drive", "universal_shaft", "spinning_top", "free_body")
+SCENES = (
+    "cart_pole",
+    "fig1",
+    "fig2",
+    "gripper",
+    "panda",
+    "screw_drive",
+    "universal_shaft",
+    "spinning_top",
+    "free_body",
+)
 
 
 @pytest.mark.parametrize("name", SCENES)
