@@ -37,9 +37,10 @@ def as_markdown(rows: Sequence[Row]) -> str:
         single = next((row for row in own if row.variant == "float" and row.chosen), None)
         if chosen is None:
             continue
-        best = min(row.largest for row in own if row.variant == "double")
+        doubles = [row for row in own if row.variant == "double"]
+        best = f"{min(row.largest for row in doubles):.1e}" if len({row.plan for row in doubles}) > 1 else ""
         sought = "" if chosen.sought is None else f"{chosen.sought:.1e}"
-        found = (f"{chosen.largest:.1e}", f"{chosen.percentile:.1e}", sought, f"{chosen.backward:.1f}", f"{best:.1e}")
+        found = (f"{chosen.largest:.1e}", f"{chosen.percentile:.1e}", sought, f"{chosen.backward:.1f}", best)
         floats = (f"{single.largest:.1e}", f"{single.backward:.1f}") if single else ("", "")
         lines.append((scene, function, chosen.plan, str(chosen.states), *found, *floats))
     return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
