@@ -106,7 +106,7 @@ def check_c(folder: Path) -> None:
         text = path.read_text(encoding="utf-8")
         code = re.sub(r'^#include ["<][\w.]+[">]$|extern "C"', "", strip_comments(text), flags=re.MULTILINE)
         code = re.sub(r"^#define SYMGEN_.*$", "", code, flags=re.MULTILINE)  # symgen's own macros
-            code = code.replace('#pragma GCC optimize("rename-registers")', "")
+        code = code.replace('#pragma GCC optimize("rename-registers")', "")
         code = code if path.name != "main.c" else re.sub(r'"(\\.|[^"\\\n])*"', "", code)
         assert code.isascii() and not re.search(r"[\"'`$@]|evil\(|alert\(|/passwd|\?\?|//", code), path.name
         assert "??" not in text and all(line.isprintable() for line in text.split("\n"))
