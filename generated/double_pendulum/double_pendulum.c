@@ -197,6 +197,7 @@ SYMGEN_RARE void four_slowly(const double *x, double *s, double *c)
     }
 }
 
+SYMGEN_UNPAIRED
 static void sines_cosines(const double *angles, double *sines, double *cosines, int count)
 {
     for (int i = 0; i < count; i += 4) {
@@ -238,6 +239,7 @@ static void sines_cosines(const double *angles, double *sines, double *cosines, 
         }
     }
 }
+SYMGEN_PAIRED
 #else
 static void sines_cosines(const double *angles, double *sines, double *cosines, int count)
 {
