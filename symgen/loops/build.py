@@ -120,10 +120,6 @@ class _Maker:
         return any(slots.values[ARMATURE_AT] for slots in self.slots)
 
     @cached_property
-    def has_damping(self) -> bool:
-        return any(slots.values[DAMPING_AT] for slots in self.slots)
-
-    @cached_property
     def angle_of(self) -> dict[int, int]:
         """Turning link → where its sine and cosine are."""
         turning = [link for link in self.links if link.kind in (TURN, SCREW)]

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from symgen.catalogue import split_row
 from symgen.loops.build import build_loops, why_not
-from symgen.loops.model import LoopProgram
 from symgen.natural.layout import NaturalCoordinates
 from symgen.plans.walk import Lowered
 from symgen.program.instructions import Program
@@ -69,7 +68,3 @@ def about(tree: Tree, output: Output) -> int:
             above[body.index] = above[body.parent] + body.nv
         total += PER_ENTRY * sum(body.nv * above[body.index] for body in tree.bodies)
     return total
-
-
-def in_loops(program: Program) -> bool:
-    return isinstance(program, LoopProgram)

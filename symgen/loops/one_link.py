@@ -170,10 +170,5 @@ def frame_size(kind: str) -> int:
     return 12 if kind == FREE else 9
 
 
-def pattern_of(values: Sequence[Scalar]) -> Pattern:
-    """Which scalars are not zero as far as the graph can tell."""
-    return tuple(not is_nothing(x) for x in values)
-
-
 def is_nothing(x: Scalar) -> bool:
     return (type(x) is int and x == 0) or (type(x) is Node and x.op == "const" and x.value == 0)

@@ -155,13 +155,9 @@ def _read_source(
         while match := PART.match(rest, position):
             parts.append((match[1], match[2], match[3]))
             position = match.end()
-        match = _FUNCTION.match(rest, position)
-        place = f"{file}: {function.symbols.scalar}"
-        if match is None or match["name"] != function.symbols.scalar:
-            raise CertificateError(f"{place}: expected here, found something else")
+        place, status = f"{file}: {function.symbols.scalar}", options.status and bool(function.program.guards)
+        match = _definition(rest, position, place, function, options.precision, status)
         position = match.end()
-        status = options.status and bool(function.program.guards)
-        _check_signature(place, match["kind"], match["ports"], function, options.precision, status)
         reader = FunctionReader(place, function.program, values, options.precision, options.trigonometry, status)
         body = match["body"]
         if parts:
@@ -173,6 +169,17 @@ def _read_source(
     return functions, literals
 
 
+def _definition(
+    text: str, position: int, place: str, function: EmittedFunction, precision: str, status: bool
+) -> re.Match[str]:
+    """The definition of a function that must stand at ``position``, its signature checked."""
+    match = _FUNCTION.match(text, position)
+    if match is None or match["name"] != function.symbols.scalar:
+        raise CertificateError(f"{place}: expected here, found something else")
+    _check_signature(place, match["kind"], match["ports"], function, precision, status)
+    return match
+
+
 def _read_loops(
     file: str, text: str, position: int, function: EmittedFunction, constants: Mapping[str, Fraction], emitted: Emitted
 ) -> tuple[ReadLoops, int]:
@@ -182,10 +189,7 @@ def _read_loops(
     status, place = options.status and bool(function.program.guards), f"{file}: {symbol}"
     reader = LoopReader(place, function.program, symbol, constants, options.precision, options.trigonometry, status)
     steps, position = reader.before(text, position)
-    match = _FUNCTION.match(text, position)
-    if match is None or match["name"] != symbol:
-        raise CertificateError(f"{place}: expected here, found something else")
-    _check_signature(place, match["kind"], match["ports"], function, options.precision, status)
+    match = _definition(text, position, place, function, options.precision, status)
     return reader.read(steps, match["body"]), match.end()
 
 
@@ -200,10 +204,7 @@ def _read_composed(
     precision, trigonometry = options.precision, options.trigonometry
     reader = ComposedReader(place, program, symbol, symbols, constants, precision, trigonometry, options.status)
     updates, position = reader.before(text, position)
-    match = _FUNCTION.match(text, position)
-    if match is None or match["name"] != symbol:
-        raise CertificateError(f"{place}: expected here, found something else")
-    _check_signature(place, match["kind"], match["ports"], function, precision, status)
+    match = _definition(text, position, place, function, precision, status)
     return reader.read(updates, match["body"], function.counts), match.end()
 
 
