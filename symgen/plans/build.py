@@ -51,11 +51,7 @@ class Builder:
     lowered: Lowered
     natural: NaturalCoordinates
     family: Family
-    leaves: bool = False
-    """Links without children may leave their axes behind."""
-    forces_alone: bool = False
-    """Nothing but the forces of a motion is asked for."""
-    rows: frozenset[str] = frozenset()
+    output: Output
     """What is asked for."""
     graph: Graph = field(default_factory=Graph)
     guards: list[Node] = field(default_factory=list)
@@ -96,19 +92,19 @@ class Builder:
     @cached_property
     def shared(self) -> Links:
         """Links in the axes that the family computes dynamics in."""
-        if not self.family.merged and not self.leaves:
+        family, leaves = self.family, output_lags(self.output)
+        if not family.merged and not leaves:
             return self.links
-        family = self.family
-        return self.lowered.at(self.values, self.state.q, family.regrouped, family.merged, self.leaves)
+        return self.lowered.at(self.values, self.state.q, family.regrouped, family.merged, leaves)
 
     @cached_property
     def forces(self) -> Links:
         """The same for plans that go by forces alone, and so know of point masses at links' origins. Where another
         plan needs the inertias too, links whose inertias must be turned keep theirs whole."""
         family, links = self.family, self.lowered.links
-        shared = lagging(links) if family.merged and not self.forces_alone else frozenset()
-        tips = frozenset(link.index for link in links) - shared
-        return self.lowered.at(self.values, self.state.q, family.regrouped, family.merged, self.leaves, tips)
+        shared = lagging(links) if family.merged and not output_forces(self.output) else frozenset()
+        tips, leaves = frozenset(link.index for link in links) - shared, output_lags(self.output)
+        return self.lowered.at(self.values, self.state.q, family.regrouped, family.merged, leaves, tips)
 
     @cached_property
     def still(self) -> list[int]:
@@ -277,7 +273,7 @@ def flatten(value: Any) -> list[Scalar]:
 
 def build(lowered: Lowered, natural: NaturalCoordinates, output: Output, family: Family) -> Program:
     """The optimised program of one function by one family."""
-    builder = Builder(lowered, natural, family, output_lags(output), output_forces(output), frozenset(output.of))
+    builder = Builder(lowered, natural, family, output)
     size = sizes(lowered.scene, lowered.tree, natural)
     inputs, outputs = input_ports(output.of, size), output_ports(output.of, size)
     for port in inputs:

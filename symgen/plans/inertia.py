@@ -182,9 +182,13 @@ def regroup(links: Sequence[Link], inertias: Sequence[Inertia], values: Values, 
     """
     kept, ground, masses = list(inertias), Inertia(), dict[int, Scalar]()
     limits = _masses_beyond(links, inertias) if tips else []
+    children: dict[int, list[Link]] = {index: [] for index in tips}
+    for link in links:
+        if link.parent in children:
+            children[link.parent].append(link)
     for link in reversed(links):
         own = kept[link.index]
-        for child in (other for other in links if link.index in tips and other.parent == link.index):
+        for child in children.get(link.index, ()):
             tip = _tip(link, child, own, limits[link.index])
             if tip != 0:
                 masses[child.index] = tip

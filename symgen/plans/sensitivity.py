@@ -75,7 +75,7 @@ def forward_dynamics(b: Builder) -> tuple[Matrix, Matrix, Matrix]:
     others = any(at.link.parent >= 0 for at in b.shared.moving)
     found = Derivation(b.shared, b.v, b.values.gravity(), relieved=others and not b.tree.coupled)
     by_velocity = _Change.of(b, found.by_velocity())
-    wanted_too = not b.rows.isdisjoint(("forward_dynamics", "bias_force"))
+    wanted_too = not {"forward_dynamics", "bias_force"}.isdisjoint(b.output.of)
     a = b.forward_dynamics if wanted_too or not others else _accelerations(b, by_velocity)
     by_position = _Change.of(b, found.by_position(b.rates(a)))
     passive, columns = b.passive(), list[list[Scalar]]()
