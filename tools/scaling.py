@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import symgen
-from symgen.loops.choose import about
+from symgen.loops.choose import about, too_long
 from symgen.scene.builder import SceneBuilder
 from symgen.scene.model import Scene
 from symgen.scene.outputs import parse_outputs
@@ -283,10 +283,8 @@ def one(
 
 def in_loops(scene: Scene, function: str) -> bool:
     """Whether symgen chooses loops by itself."""
-    from symgen.loops.choose import STRAIGHT_UP_TO
-
     system = symgen.derive(asked(scene, function, None))
-    return about(system.tree, parse_outputs(function)[0]) > STRAIGHT_UP_TO
+    return too_long(about(system.tree, parse_outputs(function)[0]))
 
 
 def best(row: Row) -> float:

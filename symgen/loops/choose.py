@@ -45,7 +45,7 @@ def code_of(lowered: Lowered, natural: NaturalCoordinates, output: Output, strai
         note = f"{output.name} is straight-line code, not loops: {reason}" if asked == "loops" else ""
         return Code(program := straight(), program, reason or "asked for", note)
     size = about(lowered.tree, output)
-    if asked == "auto" and size <= STRAIGHT_UP_TO:
+    if asked == "auto" and not too_long(size):
         return Code(program := straight(), program, f"about {size} operations: straight-line is faster")
     loops = build_loops(lowered, natural, output)
     why = "asked for" if asked == "loops" else f"about {size} operations straight-line: loops are faster"
@@ -54,6 +54,11 @@ def code_of(lowered: Lowered, natural: NaturalCoordinates, output: Output, strai
     others = [name for name in lowered.scene.options.targets if name != "c"]
     left_out = f"{output.name} is left out of {' and '.join(others)}: about {size} operations without loops"
     return Code(loops, None, why, left_out if others else "")
+
+
+def too_long(operations: int) -> bool:
+    """Whether straight-line code of so many operations had better be loops."""
+    return operations > STRAIGHT_UP_TO
 
 
 def about(tree: Tree, output: Output) -> int:
