@@ -52,6 +52,11 @@ COMPONENTS = {
     "stiffness": ("k", ("",)),
     "length": ("L", ("",)),
     "rest": ("theta0", ("",)),
+    "xyz": ("d", ("x", "y", "z")),
+    "rpy": ("rpy", ("x", "y", "z")),
+    "offset": ("q0", ("",)),
+    "point1": ("A", ("x", "y", "z")),
+    "point2": ("B", ("x", "y", "z")),
 }
 
 
