@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from markupsafe import Markup
 
@@ -59,7 +59,15 @@ def equations(system: System) -> Sequence[Equation]:
     """The equations of a system without closed loops, in reading order; of a large one those it asks for."""
     asked = {row for output in system.outputs for row in output.of}
     large = system.tree.nv > LARGE
-    return [_equation(system, wanted) for wanted in WANTED if not large or wanted.row in asked]
+    wanted = [_in_reach(system, one) for one in WANTED]
+    return [_equation(system, one) for one in wanted if not large or one.row in asked]
+
+
+def _in_reach(system: System, wanted: _Wanted) -> _Wanted:
+    """The paper's blocks are of independent joints; with others R is written in joint coordinates."""
+    if system.tree.coupled and wanted.row.startswith("velocity_transformation"):
+        return replace(wanted, title=wanted.title.replace("in d and u", "in joint coordinates"), symbols="joint")
+    return wanted
 
 
 def _equation(system: System, wanted: _Wanted) -> Equation:

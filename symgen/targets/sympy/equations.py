@@ -141,6 +141,8 @@ def _listed(left: str, rows: Sequence[Sequence[str]]) -> str:
 def _paper(system: System, row: str, style: Style) -> str:
     name, _ = split_row(row)
     if name in ("velocity_transformation", "velocity_transformation_rate"):
+        if system.tree.coupled:
+            raise SceneError(f"'{name}' has no form in the paper's symbols: {COUPLED}", "--symbols")
         rate = name.endswith("rate")
         lines = [matrix_text(style, block_matrix(system, rate), NAMES[name]), style.remark(SKEW)]
         if system.natural.plane is not None:
@@ -158,6 +160,7 @@ def _paper(system: System, row: str, style: Style) -> str:
     return style.equation(left_side(style, row), style.sum([_product(style, *term) for term in PRODUCTS[name]]))
 
 
+COUPLED = "a joint follows another one here, the paper's joints are independent; ask for it in joint coordinates"
 SKEW = "d_ij = r_i - r_j; D and U are the skew matrices of d and u"
 IN_SPACE = "written in space; the natural coordinates of this planar system are points in its plane only"
 R, RDOT, MN = NAMES["velocity_transformation"], NAMES["velocity_transformation_rate"], NAMES["natural_mass_matrix"]

@@ -37,7 +37,7 @@ class Relation:
 @dataclass(frozen=True)
 class Generator:
     """``kind``: ``symbol``; ``cos``, ``sin`` (``meaning``: the angle as {symbol generator: ±1}); or a function of a
-    polynomial (``meaning``): ``sqrt``, ``inverse``, ``cos_sqrt``, …."""
+    polynomial (``meaning``): ``cos_of``, ``sin_of``, ``sqrt``, ``inverse``, ``cos_sqrt``, …."""
 
     index: int
     kind: str
@@ -130,6 +130,10 @@ class Ring:
             known = self._opaque[key] = self.generator(kind, argument)
             if kind == "sqrt":
                 self.relate(((known.index, 2),), argument.coefficients.items())
+            if kind == "sin_of":
+                cosine = self.function("cos_of", argument).sole
+                assert cosine is not None
+                self.relate(((known.index, 2),), ((0, 1), (2 * cosine.monomial, -1)))
             if kind == "inverse":
                 self._relate_inverse(known, argument)
         return self.sole(known)
@@ -280,9 +284,10 @@ class PolynomialNumbers:
         return self.ring.const(value)
 
     def _turn(self, x: Polynomial) -> tuple[Polynomial, Polynomial]:
+        """Of a joint angle; or of a polynomial (a coupled joint's angle, a parameter) without sums taken apart."""
         sole = x.sole
         if sole is None or sole.index not in self.turns:
-            raise ValueError("cos and sin are known of joint angles only")
+            return self.ring.function("cos_of", x), self.ring.function("sin_of", x)
         return self.turns[sole.index]
 
     def cos(self, x: Polynomial) -> Polynomial:

@@ -68,7 +68,9 @@ class Writer:
         if generator.meaning not in self._functions:
             self._functions[generator.meaning] = Writer().write(generator.meaning)
         argument = self._functions[generator.meaning]
-        return 1 / argument if generator.kind == "inverse" else getattr(SympyNumbers(), generator.kind)(argument)
+        if generator.kind == "inverse":
+            return 1 / argument
+        return getattr(SympyNumbers(), generator.kind.removesuffix("_of"))(argument)
 
     # --- factors ------------------------------------------------------------------------------------------------------
 

@@ -94,6 +94,8 @@ def system_symbols(scene: Scene, tree: Tree) -> Symbols:
     joints = sanitise(body.joint.name for body in tree.bodies)
     rows: list[tuple[str, str]] = []
     for body in tree.bodies:
+        if body.coupling is not None:  # a coupled joint has no coordinates of its own
+            continue
         joint, kind = joints[body.joint.name].strip("_"), body.joint.type
         convention = scene.options.base_velocity
         efforts = EFFORTS.get(kind, ("tau_{j}",) * JOINT_TYPES[kind].nv)
@@ -142,8 +144,11 @@ class Turn:
 def angle_sums(tree: Tree) -> dict[int, Turn]:
     """Every turning entry of q, with the sums of angles that consecutive parallel axes make.
 
-    In a plane these are the bodies' absolute angles, in which positions are linear.
+    In a plane these are the bodies' absolute angles, in which positions are linear. Where joints are coupled, multiples
+    of angles would be among the summands, and every angle stays alone.
     """
+    if tree.coupled:
+        return _alone(tree)
     found: dict[int, Turn] = {}
     carried: list[tuple[Vec, int] | None] = []
     for link in lower(tree):
@@ -156,6 +161,18 @@ def angle_sums(tree: Tree) -> dict[int, Turn]:
             carried.append((vecmat(before[0], link.turn), before[1]))
         else:
             carried.append(None)
+    return found
+
+
+def _alone(tree: Tree) -> dict[int, Turn]:
+    """Links count all joints' coordinates, the entries of q are those of independent joints."""
+    found: dict[int, Turn] = {}
+    first: dict[int, int] = {}
+    for link in lower(tree):
+        body = tree.bodies[link.body]
+        place = body.q + link.q - first.setdefault(link.body, link.q)
+        if body.coupling is None and link.kind in (TURN, SCREW):
+            found[place] = Turn({place: 1})
     return found
 
 
