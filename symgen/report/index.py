@@ -6,9 +6,8 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from symgen.report.environment import render, style_sheet
 from symgen.report.page import IndexEntry, write_text
-from symgen.version import VERSION
+from symgen.report.shell import page
 
 
 def write_index(path: str | Path, entries: Sequence[IndexEntry]) -> Path:
@@ -24,5 +23,5 @@ def write_index(path: str | Path, entries: Sequence[IndexEntry]) -> Path:
         style = {True: "pass", False: "fail", None: "quiet"}[entry.passed]
         cards.append({"entry": entry, "link": link, "style": style})
     failed = [entry.name for entry in entries if entry.passed is False]
-    write_text(path, render("report/index.html.j2", cards=cards, failed=failed, style=style_sheet(), version=VERSION))
+    write_text(path, page("report/index.html.j2", "symgen: reports", cards=cards, failed=failed))
     return path

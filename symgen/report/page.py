@@ -2,29 +2,29 @@
 
 from __future__ import annotations
 
-import base64
 import contextlib
-import hashlib
 import os
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
 from symgen import show
 from symgen.errors import NotSupportedError, SceneError
+from symgen.report import measured as measurements
 from symgen.report import motion_plots, tables, words
 from symgen.report.camera import render as render_drawing
 from symgen.report.drawing import Drawing
-from symgen.report.environment import asset, render, style_sheet
 from symgen.report.equations import equations
 from symgen.report.live import drawing_json
 from symgen.report.mechanism import display_words, draw
 from symgen.report.plots import Bar, bar_chart
 from symgen.report.rank import constraint_rank
+from symgen.report.shell import ALONE, Place, page
 from symgen.report.sketch import body_colour
 from symgen.report.sources import excerpts
 from symgen.report.topology_graph import topology_graph
@@ -82,12 +82,21 @@ class _Subject:
     refusal: str
     """Why the scene has no functions; empty when it has."""
     result: ValidationResult | None
+    measured: Mapping[str, Any]
+    place: Place
 
 
 def write_report(
-    path: str | Path, scene: Scene, validation_result: ValidationResult | None = None, artifact: Artifact | None = None
+    path: str | Path,
+    scene: Scene,
+    validation_result: ValidationResult | None = None,
+    artifact: Artifact | None = None,
+    measured: Mapping[str, Any] = MappingProxyType({}),
+    place: Place = ALONE,
 ) -> IndexEntry:
     """Write the page of a scene and return its line of the index.
+
+    ``measured``: section (see `symgen.report.measured`) → its data.
 
     ``artifact``: what `symgen.generate` made of the scene; without it the functions are generated in a temporary
     folder. Scenes with closed loops get a page without functions. The bytes depend on the arguments alone.
@@ -96,18 +105,18 @@ def write_report(
     path = Path(path)
     system = derive(scene)
     drawing = draw(system)
-    subject = _Subject(system, drawing, render_drawing(drawing), _refusal(system), validation_result)
+    subject = _Subject(system, drawing, render_drawing(drawing), _refusal(system), validation_result, measured, place)
     if subject.refusal:
-        page = _render(subject, None, None)
+        text = _render(subject, None, None)
     elif artifact is not None:
-        page = _render(subject, artifact.directory, artifact.manifest)
+        text = _render(subject, artifact.directory, artifact.manifest)
     else:
         from symgen.generate import generate
 
         with tempfile.TemporaryDirectory(prefix="symgen-report-") as folder:
             made = generate(scene, Path(folder) / "artifact", system=system)
-            page = _render(subject, made.directory, made.manifest)
-    write_text(path, page)
+            text = _render(subject, made.directory, made.manifest)
+    write_text(path, text)
     return _entry(path, subject)
 
 
@@ -146,13 +155,8 @@ def _render(subject: _Subject, directory: Path | None, manifest: Mapping[str, An
     """The page as text."""
     system, refusal, result = subject.system, subject.refusal, subject.result
     units = [unit for body in system.tree.bodies for unit in JOINT_TYPES[body.joint.type].q_units]
-    script = Markup(asset("mechanism.js"))
     values: dict[str, object] = {
-        "version": VERSION,
-        "style": style_sheet(),
-        "script": script,
-        "script_hash": base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
-        "sections": SECTIONS,
+        "measured": measurements.values(subject.measured),
         "scene": system.scene,
         "refusal": refusal,
         "manifest": manifest,
@@ -164,7 +168,14 @@ def _render(subject: _Subject, directory: Path | None, manifest: Mapping[str, An
     values |= _problem(system) | _mechanism(subject) | _topology(system) | _natural(system)
     values |= _operations(system, refusal) | _code(directory, manifest)
     values |= motion_plots.validation_values(result, refusal, units)
-    return render("report/page.html.j2", **values)
+    title, sections = f"{system.scene.name}: equations of motion", _sections(subject.measured)
+    return page("report/page.html.j2", title, sections, subject.place, ("mechanism.js",), **values)
+
+
+def _sections(measured: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What was measured stands behind the validation."""
+    after = 1 + [name for name, _ in SECTIONS].index("validation")
+    return [*SECTIONS[:after], *measurements.present(measured), *SECTIONS[after:]]
 
 
 def _badge(result: ValidationResult | None, refusal: str) -> Markup:
