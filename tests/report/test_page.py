@@ -192,8 +192,8 @@ def test_index(tmp_path: Path) -> None:
         entries.append(write_report(tmp_path / name / "report.html", scene))
     index = write_index(tmp_path, entries)
     root = pages.read_xml(index.read_text(encoding="utf-8"))
-    links = [a.get("href") for a in root.iter("a")]
-    assert links[1:] == ["four_bar/report.html", "pendulum/report.html"]
+    links = [a.get("href") for a in root.iter("a") if a.get("class") != "skip"]
+    assert links == ["four_bar/report.html", "pendulum/report.html"]
     assert all((tmp_path / link).is_file() for link in links if link)
     assert "topology only" in "".join(root.itertext())
 
