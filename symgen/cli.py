@@ -8,19 +8,18 @@ exceptions show their traceback.
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import signal
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
 
+from symgen.console import emit_json, json_option, one_line, progress_bar, split_names
 from symgen.errors import SymgenError
 from symgen.simulate.options import simulation_options
 from symgen.version import VERSION
@@ -28,45 +27,7 @@ from symgen.version import VERSION
 if TYPE_CHECKING:
     from symgen.scene.model import Scene
 
-Progress = Callable[[int, int, str], None]
-"""``progress(done, total, what)``."""
-
 HELP = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
-
-
-def one_line(text: str) -> str:
-    """Text from anywhere as one printable line: no terminal escapes, no line breaks."""
-    flat = " ".join(text.split())
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in flat)
-
-
-def emit_json(value: object) -> None:
-    click.echo(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
-
-
-@contextmanager
-def progress_bar(quiet: bool) -> Iterator[Progress | None]:
-    """A progress bar on stderr when a person is looking at it, else nothing."""
-    if quiet or not sys.stderr.isatty():
-        yield None
-        return
-    with click.progressbar(length=1, file=sys.stderr, item_show_func=lambda what: what or "") as bar:
-
-        def progress(done: int, total: int, what: str) -> None:
-            bar.length = max(total, 1)
-            bar.update(max(done - bar.pos, 0), what)
-
-        yield progress
-
-
-def split_names(_context: click.Context, _parameter: click.Parameter, value: str | None) -> tuple[str, ...] | None:
-    """``a,b`` → ("a", "b"); an empty list is wrong usage."""
-    if value is None:
-        return None
-    names = tuple(part.strip() for part in value.split(",") if part.strip())
-    if not names:
-        raise click.BadParameter("the list is empty")
-    return names
 
 
 def load_scene(path: str) -> Scene:
@@ -91,7 +52,6 @@ def _given(*parameters: str) -> bool:
 
 
 scene_argument = click.argument("scene", metavar="SCENE")
-json_option = click.option("--json", "as_json", is_flag=True, help="Print a machine-readable result.")
 outputs_option = click.option(
     "--outputs",
     metavar="a,b,…",
