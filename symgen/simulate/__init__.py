@@ -6,6 +6,7 @@ motion.t, motion.q, motion.v, motion.energy
 
 from symgen.simulate.model import Model
 from symgen.simulate.motion import Monitors, Motion
+from symgen.simulate.motion_data import motion_data
 from symgen.simulate.run import METHODS, simulate
 
-__all__ = ["METHODS", "Model", "Monitors", "Motion", "simulate"]
+__all__ = ["METHODS", "Model", "Monitors", "Motion", "motion_data", "simulate"]
