@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from symgen.literal import base_parameters, derivatives, frames, reactions, regressor
+from symgen.literal import base_parameters, derivatives, frames, momenta, reactions, regressor
 from symgen.literal.equations import Literal
 from symgen.natural.layout import NaturalCoordinates
 from symgen.program.instructions import Port
@@ -129,6 +129,11 @@ CATALOGUE: dict[str, Row] = {
 }  # fmt: skip
 
 CATALOGUE.update({
+    "joint_momentum": Row(
+        ("q", "v"), (("P", ("nv",), MIXED), ("P_rate", ("nv",), "N or N.m")),
+        "momenta R^T Mn R v, and their rates where tau is zero: (dR/dt)^T Mn R v - gravity_force - passive_force",
+        lambda literal, frame: momenta.joint_momentum(literal),
+    ),
     "mass_matrix_inverse": Row(("q",), (("Minv", ("nv", "nv"), MIXED),), "inverse of mass_matrix", None),
     "inverse_dynamics_derivatives": Row(
         ("q", "v", "a"), (("dtau_dq", ("nv", "nv"), MIXED), ("dtau_dv", ("nv", "nv"), MIXED)),

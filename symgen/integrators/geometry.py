@@ -92,6 +92,11 @@ def related(place: Place) -> list[list[bool]]:
     return found
 
 
+def square(x: Sequence[Scalar], n: int) -> list[list[Scalar]]:
+    """Row-major entries as n rows."""
+    return [list(x[n * i : n * i + n]) for i in range(n)]
+
+
 def factored(place: Place, matrix: list[list[Scalar]]) -> list[list[Scalar]]:
     """A = U L from the last row up, so that a tree fills nothing in: U above the diagonal (its own is one), L below, on
     the diagonal the reciprocals of L's. No pivoting: A is a mass matrix and what a short step adds to it."""

@@ -1,4 +1,5 @@
-"""The methods: semi-implicit Euler, Runge–Kutta on coordinates and on the Lie group, and the implicit midpoint rule.
+"""The methods: semi-implicit Euler, Runge–Kutta on coordinates and on the Lie group, the implicit midpoint rule, and the
+variational one (`symgen.integrators.variational`).
 
 All take tau as constant over the step. To add a method: one function here and its row in `METHODS`.
 """
@@ -10,8 +11,9 @@ from fractions import Fraction
 from typing import Any
 
 from symgen.algebra.linear import mul, scale, total
-from symgen.integrators.geometry import factored, logarithmic_rate, moved, normalised, rate, solved
+from symgen.integrators.geometry import factored, logarithmic_rate, moved, normalised, rate, solved, square
 from symgen.integrators.model import Arrays, Evaluate, Function, Method, Operation, Place, Update
+from symgen.integrators.variational import variational
 
 Scalar = Any
 HALF = Fraction(1, 2)
@@ -159,19 +161,15 @@ def _lie() -> Method:
 # --- the implicit midpoint rule --------------------------------------------------------------------------------------
 
 
-def _square(x: Sequence[Scalar], n: int) -> list[list[Scalar]]:
-    return [list(x[n * i : n * i + n]) for i in range(n)]
-
-
 def _factor(place: Place, x: Arrays) -> tuple[Sequence[Scalar], ...]:
     """The Jacobian of the rule's equation by a, factored."""
     n, half = place.tree.nv, mul(HALF, x["dt"][0])
-    square = mul(half, half)
+    quarter = mul(half, half)
     rows = [
-        m + mul(half, by_v) + mul(square, by_q)
+        m + mul(half, by_v) + mul(quarter, by_q)
         for m, by_v, by_q in zip(x["M"], x["dtau_dv"], x["dtau_dq"], strict=True)
     ]
-    return ([y for row in factored(place, _square(rows, n)) for y in row],)
+    return ([y for row in factored(place, square(rows, n)) for y in row],)
 
 
 def _implicit_midpoint() -> Method:
@@ -183,7 +181,7 @@ def _implicit_midpoint() -> Method:
 
     def correction(place: Place, x: Arrays) -> tuple[list[Scalar], list[Scalar]]:
         rest = [f - tau for f, tau in zip(x["f"], x["tau"], strict=True)]
-        step = solved(place, _square(x["J"], place.tree.nv), rest)
+        step = solved(place, square(x["J"], place.tree.nv), rest)
         a = [y - z for y, z in zip(x["a"], step, strict=True)]
         return a, list(moved(x["v"], mul(HALF, x["dt"][0]), a))
 
@@ -230,6 +228,7 @@ def _implicit_midpoint() -> Method:
 
 
 METHODS: dict[str, Method] = {
-    method.name: method for method in (_semi_implicit_euler(), _rk4(), _lie(), _implicit_midpoint())
+    method.name: method
+    for method in (_semi_implicit_euler(), _rk4(), _lie(), _implicit_midpoint(), variational(_factor))
 }
 """By name: ``step:NAME`` in the catalogue."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from symgen.algebra.linear import Vec, add, half, mul, sub, total, vadd
+from symgen.algebra.linear import Vec, add, half, mul, sub, total, vadd, vsub
 from symgen.algebra.numbers import State
 from symgen.catalogue import (
     CATALOGUE,
@@ -27,7 +27,7 @@ from symgen.catalogue import (
 from symgen.literal import base_parameters, frames, reactions
 from symgen.literal.equations import Literal
 from symgen.natural.layout import NaturalCoordinates
-from symgen.plans import centroidal, composite, coriolis, factor, products, recursive, sensitivity
+from symgen.plans import centroidal, composite, coriolis, factor, products, recursive, sensitivity, singular
 from symgen.plans import frames as frame_walks
 from symgen.plans import reactions as joint_forces
 from symgen.plans import regressor as carried
@@ -55,6 +55,8 @@ class Builder:
     """What is asked for."""
     graph: Graph = field(default_factory=Graph)
     guards: list[Node] = field(default_factory=list)
+    slim: list[tuple[int, Node]] = field(default_factory=list)
+    """Pivots of the mass matrix, by coordinate, that need a margin."""
 
     @property
     def scene(self) -> Scene:
@@ -178,12 +180,18 @@ class Builder:
         """LᵀDL of the mass matrix; its pivots are guarded."""
         with self.graph.phase("factor: LᵀDL"):
             found = factor.factor(self.shared, self.mass_matrix)
-        self.guard(found.pivots)
+        self.guard_pivots(found.pivots)
         return found
 
     def guard(self, pivots: Sequence[Scalar]) -> None:
         """Where one of these is not positive there is no answer."""
         self.guards.extend(pivot for pivot in pivots if isinstance(pivot, Node) and pivot.op != "const")
+
+    def guard_pivots(self, pivots: Sequence[Scalar]) -> None:
+        """Of the mass matrix: where one cannot be told from zero the matrix is singular to working precision."""
+        needed = singular.margins(self.lowered).needed
+        self.guard([pivot for k, pivot in enumerate(pivots) if not needed[k]])
+        self.slim += [(k, x) for k, x in enumerate(pivots) if needed[k] and isinstance(x, Node) and x.op != "const"]
 
     @cached_property
     def forward_dynamics(self) -> Sequence[Scalar]:
@@ -194,7 +202,7 @@ class Builder:
         load = factor.motion_load(self.forces, self.v, self.values.gravity())
         rest = [sub(x, y) for x, y in zip(self.state.tau, self.passive(), strict=True)]
         x, pivots = factor.solve_articulated(self.shared, self.armature, rest, load)
-        self.guard(pivots)
+        self.guard_pivots(pivots)
         return x
 
     @cached_property
@@ -225,6 +233,13 @@ class Builder:
         self.guard(pivots)
         return found
 
+    def joint_momentum(self) -> tuple[Vec, Vec]:
+        momenta, rates = coriolis.joint_momentum(self.shared, self.v)
+        weight = coriolis.gravity_force(self.shared, self.values.gravity())
+        motors = tuple(mul(extra, rate) for extra, rate in zip(self.armature, self.state.v, strict=True))
+        force = self.reduce([sub(x, y) for x, y in zip(rates, weight, strict=True)])
+        return vadd(tuple(self.reduce(momenta)), motors), vsub(tuple(force), self.passive())
+
     def kinetic_energy(self) -> Scalar:
         motors = total(mul(extra, mul(rate, rate)) for extra, rate in zip(self.armature, self.state.v, strict=True))
         return half(add(coriolis.twice_kinetic_energy(self.shared, self.v), motors))
@@ -246,6 +261,7 @@ PLANNED: dict[str, Callable[[Builder], Any]] = {
     "forward_dynamics_derivatives": sensitivity.forward_dynamics,
     "inverse_dynamics_second_derivatives": sensitivity.second_derivatives,
     "kinetic_energy": lambda b: b.kinetic_energy(),
+    "joint_momentum": lambda b: b.joint_momentum(),
     "potential_energy": lambda b: b.potential_energy(),
     "center_of_mass": lambda b: centroidal.center_of_mass(b.links, b.total_mass),
     "momentum": lambda b: centroidal.momentum(b.links, b.v, b.total_mass),
@@ -279,6 +295,9 @@ def build(lowered: Lowered, natural: NaturalCoordinates, output: Output, family:
     for port in inputs:
         builder.graph.inputs(port.name, port.size)
     results = [entries for row in output.of for entries in builder.row(row)]
+    if builder.slim:
+        slim = dict.fromkeys(builder.slim)
+        builder.guards += singular.guards(lowered, builder.graph, builder.values, builder.state.q, list(slim), inputs)
     program = extract(
         builder.graph,
         function_name(output.name),

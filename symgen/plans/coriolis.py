@@ -1,4 +1,4 @@
-"""Composite plan of the Coriolis matrix C = RᵀMṘ, and of gravity and energies, in body axes.
+"""Composite plan of the Coriolis matrix C = RᵀMṘ, and of gravity, momenta and energies, in body axes.
 
 Column j of Ṙ is, on every body beyond joint j, the field v̇ + ẇ × d + w × ḋ (theory, §3): what composite bodies make of
 such fields is in `symgen.plans.field_matrices`.
@@ -14,7 +14,7 @@ from symgen.algebra.linear import IDENTITY, ZERO, Vec, add, cross, dot, scale, s
 from symgen.plans import free
 from symgen.plans.composite import motions, project
 from symgen.plans.field_matrices import Columns, bodies
-from symgen.plans.fields import Field, field_wrench
+from symgen.plans.fields import Field, Wrench, field_wrench, joined
 from symgen.plans.walk import BALL, FREE, Links, Moving
 
 Scalar = Any
@@ -64,6 +64,30 @@ def coriolis_matrix(links: Links, v: Sequence[Scalar]) -> list[list[Scalar]]:
     fields = [_own_fields(at, velocities[at.link.index], convention) for at in links.moving]
     moving = bodies(links, [velocity.w for velocity in velocities], v)
     return moving.matrices("Coriolis matrix: columns and rows", [Columns(fields)])[0]
+
+
+def joint_momentum(links: Links, v: Sequence[Scalar]) -> tuple[list[Scalar], list[Scalar]]:
+    """RᵀMR v and ṘᵀMR v, without armature: momenta (p, l about the link's origin) accumulated from the leaves. A column
+    of Ṙ, the field a + ẇ × x + w × ẏ, feels of them a · p + ẇ · l − w · (v × p), v the origin's velocity."""
+    convention = links.values.scene.options.base_velocity
+    velocities = link_velocities(links, v)
+    own = [field_wrench(inertia, at.w, at.v) for inertia, at in zip(links.inertias, velocities, strict=True)]
+    momenta: list[Scalar] = [0] * links.nv
+    rates: list[Scalar] = [0] * links.nv
+
+    def step(at: Moving, here: Wrench) -> Wrench:
+        p, spin = here
+        velocity, start = velocities[at.link.index], at.link.v
+        flow = cross(p, velocity.v)
+        momenta[start : start + at.link.nv] = project(at, p, spin, convention)
+        rates[start : start + at.link.nv] = [
+            dot((*field.a, *field.w_rate, *field.w), (*p, *spin, *flow))
+            for field in _own_fields(at, velocity, convention)
+        ]
+        return at.wrench_to_parent(p, spin) if at.link.parent >= 0 else here
+
+    links.inward("momentum", own, step, joined)
+    return momenta, rates
 
 
 def gravity_force(links: Links, gravity: Vec) -> list[Scalar]:

@@ -74,6 +74,7 @@ PLAN_NAMES = {
     "bias_force": "recursive",
     "inverse_dynamics": "recursive",
     "kinetic_energy": "recursive",
+    "joint_momentum": "recursive",
     "forward_dynamics": "solved",
     "mass_matrix_inverse": "factored",
     "inverse_dynamics_derivatives": "analytic",
@@ -131,14 +132,14 @@ def families_of(output: Output, tree: Tree) -> tuple[Family, ...]:
 MERGED = frozenset({
     "mass_matrix", "coriolis_matrix", "gravity_force", "bias_force", "inverse_dynamics", "forward_dynamics",
     "mass_matrix_inverse", "inverse_dynamics_derivatives", "forward_dynamics_derivatives", "kinetic_energy",
-    "inverse_dynamics_second_derivatives",
+    "inverse_dynamics_second_derivatives", "joint_momentum",
 })  # fmt: skip
 """Rows that gain where parallel axes are merged."""
 
 
 LAGGING = frozenset({
     "coriolis_matrix", "bias_force", "inverse_dynamics", "forward_dynamics", "inverse_dynamics_derivatives",
-    "forward_dynamics_derivatives", "inverse_dynamics_second_derivatives",
+    "forward_dynamics_derivatives", "inverse_dynamics_second_derivatives", "joint_momentum",
 })  # fmt: skip
 """Rows that turn motion and forces to the last links and back, and so gain where these leave their axes behind."""
 

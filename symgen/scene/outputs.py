@@ -32,6 +32,7 @@ CATALOGUE: dict[str, str] = {
     "forward_dynamics": "accelerations",
     "inverse_dynamics_derivatives": "derivatives of the inverse dynamics",
     "forward_dynamics_derivatives": "derivatives of the forward dynamics",
+    "joint_momentum": "momenta of the joints, RᵀMR v, and their rates without tau",
     "kinetic_energy": "kinetic energy",
     "potential_energy": "of gravity and springs, zero at the ground origin",
     "center_of_mass": "centre of mass, ground axes",
@@ -72,7 +73,7 @@ NOT_DERIVED = frozenset({
 OF_A_FRAME = frozenset({"frame_pose", "frame_jacobian", "frame_velocity", "frame_bias_acceleration"})
 """Rows written ROW:FRAME."""
 
-STEPS = ("semi_implicit_euler", "rk4", "lie", "implicit_midpoint")
+STEPS = ("semi_implicit_euler", "rk4", "lie", "implicit_midpoint", "variational")
 """Methods of steps, written step:METHOD."""
 
 AVAILABLE = frozenset({
@@ -82,7 +83,7 @@ AVAILABLE = frozenset({
     "frame_pose", "integrate", "mass_matrix_inverse", "inverse_dynamics_derivatives", "forward_dynamics_derivatives",
     "inverse_dynamics_second_derivatives", "center_of_mass", "momentum", "momentum_matrix", "frame_jacobian",
     "frame_velocity", "frame_bias_acceleration", "regressor", "base_regressor", "base_parameters", "joint_wrenches",
-    "constraint_forces", "configuration_rate", "step",
+    "constraint_forces", "configuration_rate", "joint_momentum", "step",
 })  # fmt: skip
 """Rows that can be made now."""
 
