@@ -22,6 +22,7 @@ from click.core import ParameterSource
 from symgen.console import emit_json, json_option, one_line, progress_bar, split_names
 from symgen.errors import SymgenError
 from symgen.simulate.options import simulation_options
+from symgen.site.command import report
 from symgen.version import VERSION
 
 if TYPE_CHECKING:
@@ -204,6 +205,13 @@ def validate(scene: str, against: tuple[str, ...], states: int, report: str | No
     callback=split_names,
     help="Programs to measure beside ours, or none; all that are installed unless named.",
 )
+@click.option(
+    "--variants",
+    type=click.Choice(["none", "standard", "all"]),
+    default="none",
+    show_default=True,
+    help="Measure other forms of ours too: float, libm, every plan, loops, clang.",
+)
 @click.option("--states", type=click.IntRange(1, 1_000_000), default=256, show_default=True, help="States per batch.")
 @click.option("--rounds", type=click.IntRange(1, 1_000_000), default=101, show_default=True, help="Times in turn.")
 @click.option("--ablation", is_flag=True, help="What each transformation saves, in place of peers.")
@@ -216,6 +224,7 @@ def bench(
     scene: str,
     outputs: str | None,
     peers: tuple[str, ...] | None,
+    variants: str,
     states: int,
     rounds: int,
     ablation: bool,
@@ -226,13 +235,14 @@ def bench(
     as_json: bool,
 ) -> int:
     """Speed and error of the generated C, beside the peers that are installed."""
-    if ablation and _given("peers", "csv_file", "plots", "report"):
+    if ablation and _given("peers", "variants", "csv_file", "plots", "report"):
         raise click.UsageError("--ablation is about our own code: no --peers, and its tables are printed only")
     loaded = requested(scene, outputs, ("c",), None)
     from symgen import bench as bench_room
 
     names = () if peers == ("none",) else peers
-    settings = bench_room.Settings(names, states, rounds, folder=Path(directory) if directory else None)
+    folder = Path(directory) if directory else None
+    settings = bench_room.Settings(names, states, rounds, variants=variants, folder=folder)
     quiet = as_json or not sys.stderr.isatty()
 
     def say(what: str) -> None:
@@ -278,6 +288,9 @@ def simulate(scene: str, as_json: bool, file: str | None, **settings: Any) -> No
         emit_json(motion.to_json())
     else:
         click.echo(motion.to_text())
+
+
+cli.add_command(report)
 
 
 def _fail(message: str, status: int, as_json: bool) -> int:

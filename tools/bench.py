@@ -1,6 +1,6 @@
 """`make bench`: our functions beside every peer that is installed, for seven mechanisms from 2 to 38 velocities.
 
-    python -m tools.bench [--peers a,b] [--limit SECONDS] [--ablation] [-o DIR] [NAME or SCENE …]
+    python -m tools.bench [--peers a,b] [--variants standard] [--limit SECONDS] [--ablation] [-o DIR] [NAME or SCENE …]
 
 Leaves NAME.json, NAME.csv, NAME.html, figures and summary.md in the folder (out/bench). Compiled files are kept there,
 so a second run only measures.
@@ -17,6 +17,7 @@ from pathlib import Path
 import yaml
 
 from symgen.bench import BenchResult, Settings, ablation, bench, write_files
+from symgen.bench.peers.forms import CHOICES
 from symgen.bench.variant import FUNCTIONS
 from symgen.errors import SymgenError
 from symgen.scene.load import load
@@ -112,6 +113,7 @@ def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="*", default=list(NAMES), metavar="NAME or SCENE")
     parser.add_argument("--peers", help="programs to measure beside ours; all that are installed unless named")
+    parser.add_argument("--variants", choices=CHOICES, default="none", help="our functions in other forms, too")
     parser.add_argument("--outputs", default=",".join(FUNCTIONS))
     parser.add_argument("--limit", type=float, default=LIMIT_S, help="CPU seconds that one file may take to compile")
     parser.add_argument("--ablation", action="store_true", help="what each transformation saves, in place of peers")
@@ -122,7 +124,7 @@ def arguments() -> argparse.Namespace:
 def main() -> int:
     options = arguments()
     peers = None if options.peers is None else tuple(x for x in options.peers.split(",") if x not in ("", "none"))
-    settings = Settings(peers, folder=options.output, limit_s=options.limit)
+    settings = Settings(peers, variants=options.variants, folder=options.output, limit_s=options.limit)
     options.output.mkdir(parents=True, exist_ok=True)
     results, status = [], 0
     for name in options.scenes:

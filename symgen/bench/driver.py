@@ -97,7 +97,7 @@ def build_driver(workshop: Workshop, variants: Sequence[Variant], states: int, f
     (folder / "data.bin").write_bytes(data.tobytes())
     text = driver_text(variants, offsets, states, data.nbytes)
     unit = Unit("driver", text)
-    objects, built = [*{(u.name, u.text): u for v in variants for u in v.units}.values(), unit], []
+    objects, built = [*dict.fromkeys(u for v in variants for u in v.units), unit], []
     words = list(dict.fromkeys(word for variant in variants for word in variant.link))
     cxx = any(u.language == "c++" for u in objects)
     for name, flags in (("timed", NATIVE), ("counted", workshop.counted_flags())):

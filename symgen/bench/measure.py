@@ -18,8 +18,9 @@ import numpy as np
 from symgen.artifact.compiler import cache_folder
 from symgen.bench import floor
 from symgen.bench.driver import COUNTED_STATES, Driver, build_driver
-from symgen.bench.multiprecision import exact_outputs, relative_error
-from symgen.bench.peers import ours, registry
+from symgen.bench.errors import Errors, Truth, errors_of, unpacked
+from symgen.bench.multiprecision import exact_outputs
+from symgen.bench.peers import forms, ours, registry
 from symgen.bench.result import BenchResult, FunctionFacts, Row
 from symgen.bench.variant import OURS, Array, Found, Left, Problem, State, Unit, Variant
 from symgen.bench.workshop import LIMIT_S, NATIVE, Compiled, CompileError, Workshop, compiler_version, open_workshop
@@ -36,11 +37,14 @@ STATES = 256
 ROUNDS = 101
 SAMPLE_NS = 100_000.0
 """A sample takes at least so long, so that reading the clock does not matter."""
-ERROR_STATES = 5
 TOLERANCE = 1e-10
 """A peer agrees when it differs by less, relative to the largest entry of the output …"""
 CONDITION = 1e-14
 """… plus so much for every unit of the mass matrix' condition number, where it is inverted."""
+FLOAT_TOLERANCE = 1e-3
+"""The same for what is computed in float."""
+CONDITIONED = 5
+"""States at which that condition number is computed."""
 NOTHING = 1e-4
 """Outputs smaller than this are compared absolutely, as if they were of this size."""
 INVERTED = ("forward_dynamics", "mass_matrix_inverse", "forward_dynamics_derivatives")
@@ -57,6 +61,9 @@ class Settings:
     states: int = STATES
     rounds: int = ROUNDS
     batches: bool = True
+    variants: str = "none"
+    """Our functions in other forms: ``none``, ``standard`` (the main functions) or ``all`` (see
+    `symgen.bench.peers.forms`)."""
     counting: bool = True
     """Whether instructions are counted, where there is valgrind."""
     folder: Path | None = None
@@ -153,6 +160,10 @@ def collect(
     """Every variant whose files compile."""
     say("generating")
     found = ours.build(problem, settings.batches)
+    if settings.variants != "none":
+        say("generating other forms")
+        more = forms.build(problem, found, settings.variants)
+        found = Found(found.variants + more.variants, found.left + more.left)
     for peer in peers:
         say(peer.name)
         more = registry.build(peer, problem, workshop)
@@ -184,7 +195,8 @@ def run(
     variants = [*found.variants, *probes.values()]
     driver = build_driver(workshop, variants, settings.states, problem.folder / "driver")
     say("comparing")
-    judged = judge(problem, driver, driver.values(scratch))
+    truth = Truth(problem)
+    judged = judge(problem, driver, driver.values(scratch), truth)
     agreeing = [index for index, _ in enumerate(found.variants) if judged[index].why is None]
     say("timing")
     times = driver.times(agreeing, settings.rounds, SAMPLE_NS)
@@ -198,12 +210,13 @@ def run(
         if why is not None:
             left.append(Left(variant.peer, variant.function, why))
         else:
-            rows.append(row_of(variant, workshop, judged[index].error, times[index], counts.get(index)))
+            rows.append(row_of(variant, workshop, judged[index].errors, times[index], counts.get(index)))
     facts = facts_of(problem, found.variants, milliseconds, floors_of(problem, driver, counts, probes))
     return BenchResult(
         problem.scene.name, problem.system.tree.nq, problem.nv, processor(), compiler_version(workshop.cc),
-        " ".join(NATIVE), " ".join(workshop.counted_flags()), settings.states, settings.rounds, facts, tuple(rows),
-        tuple(left), (*notes, *standing_notes(bool(counts))),
+        " ".join(NATIVE), " ".join(workshop.counted_flags()), settings.states, settings.rounds, truth.states,
+        truth.method, facts, tuple(rows), tuple(left), (*notes, *standing_notes(bool(counts), truth)),
+        registry.versions({row.peer for row in rows}),
     )  # fmt: skip
 
 
@@ -225,49 +238,33 @@ def facts_of(
 
 @dataclass(frozen=True)
 class Judged:
-    """A variant's largest error, and why it is not measured, if it is not."""
+    """A variant's errors, and why it is not measured, if it is not."""
 
-    error: float
+    errors: Errors
     why: str | None
 
 
-def judge(problem: Problem, driver: Driver, values: Sequence[Array]) -> list[Judged]:
-    """Every variant against ours at every state, and against the fifty-digit reference at a few."""
-    few = problem.states[:ERROR_STATES]
-    exact = {name: [_exact(program, state) for state in few] for name, program in problem.programs.items()}
-    condition = condition_number(problem, few)
+def judge(problem: Problem, driver: Driver, values: Sequence[Array], truth: Truth) -> list[Judged]:
+    """Every variant against the exact results; in double against ours too, at every state."""
+    condition = condition_number(problem, problem.states[:CONDITIONED])
     own: dict[str, list[list[Array]]] = {}
     judged = []
     for variant, flat in zip(driver.variants, values, strict=True):
         if variant.function not in problem.programs:
-            judged.append(Judged(0.0, None))
+            judged.append(Judged(Errors(0.0, 0.0, None), None))
             continue
-        rows = _by_state(flat, variant, problem) if variant.batch else flat
-        outputs = [variant.unpack(row, state) for row, state in zip(rows, problem.states, strict=True)]
-        own.setdefault(variant.function, outputs)
-        error = max(
-            relative_error(list(mine), list(truth.values())[k])
-            for got, truth in zip(outputs, exact[variant.function], strict=False)
-            for k, mine in enumerate(got)
-        )
-        apart = max(_apart(got, expected) for got, expected in zip(outputs, own[variant.function], strict=True))
+        outputs = unpacked(variant, flat, problem)
+        found = errors_of(outputs, truth.of(variant.function, variant.real), variant.real)
         bound = TOLERANCE + (CONDITION * condition if variant.function in INVERTED else 0.0)
         if variant.real == "float":
-            bound = max(bound, 1e-3)
-        good = apart <= bound
-        judged.append(Judged(error, None if good else f"disagrees: {apart:.1e} apart from ours, more than {bound:.0e}"))
+            apart, bound = found.largest, max(bound, FLOAT_TOLERANCE)
+        else:
+            first = own.setdefault(variant.function, outputs)
+            apart = max(_apart(got, expected) for got, expected in zip(outputs, first, strict=True))
+        from_what = "the exact result" if variant.real == "float" else "ours"
+        why = None if apart <= bound else f"disagrees: {apart:.1e} apart from {from_what}, more than {bound:.0e}"
+        judged.append(Judged(found, why))
     return judged
-
-
-def _by_state(flat: Array, variant: Variant, problem: Problem) -> Array:
-    """A batch leaves output after output; those of a structure of arrays have the states inside."""
-    n, sizes = len(problem.states), problem.shapes(variant.function)
-    parts = np.split(flat.ravel(), np.cumsum([n * size for size in sizes])[:-1])
-    if variant.peer == ours.SOA:
-        rows = [part.reshape(size, n).T for part, size in zip(parts, sizes, strict=True)]
-    else:
-        rows = [part.reshape(n, size) for part, size in zip(parts, sizes, strict=True)]
-    return np.hstack(rows)
 
 
 def _apart(got: Sequence[Array], expected: Sequence[Array]) -> float:
@@ -295,7 +292,7 @@ def condition_number(problem: Problem, states: Sequence[State]) -> float:
 
 
 def row_of(
-    variant: Variant, workshop: Workshop, error: float, times: Sequence[float], instructions: float | None
+    variant: Variant, workshop: Workshop, errors: Errors, times: Sequence[float], instructions: float | None
 ) -> Row:
     """One row of the result. Size and compile time are left out where the compiled file serves more than this."""
     compiled: list[Compiled] = []
@@ -305,7 +302,8 @@ def row_of(
     return Row(
         variant.peer, variant.function, min(times), statistics.median(times), instructions, variant.operations,
         sum(size or 0 for size in sizes) if sizes and None not in sizes else None,
-        sum(made.seconds for made in compiled) if compiled else None, variant.generate_s, error,
+        sum(made.seconds for made in compiled) if compiled else None, variant.generate_s, errors.largest,
+        errors.median, errors.units, variant.real, variant.plan, variant.own, variant.batch,
     )  # fmt: skip
 
 
@@ -347,12 +345,14 @@ def floors_of(
     }
 
 
-def standing_notes(counted: bool) -> list[str]:
+def standing_notes(counted: bool, truth: Truth) -> list[str]:
     notes = [
         "times: CPU nanoseconds of a call, all variants in turn in every round of one process; results of Pinocchio's "
         "C++ and of MuJoCo stay in their own structures, those generated from Pinocchio have the upper triangle of "
         "symmetric matrices only",
-        f"max error: ‖x − x̂‖∞/‖x̂‖∞ against the exact program to fifty digits, {ERROR_STATES} states",
+        f"error: ‖x − x̂‖∞/‖x̂‖∞ against the exact program by {truth.method}, {truth.states} states; float at states "
+        "that a float holds"
+        + ("; units: the largest over u · max(1, κ), κ the condition of the problem" if truth.balls else ""),
     ]
     if not counted:
         return [*notes, "instructions were not counted: that needs valgrind"]

@@ -19,6 +19,8 @@ Array = NDArray[Any]
 State = Mapping[str, Any]
 OURS = "symgen"
 """The name of our scalar functions among the variants; ratios are to these."""
+USUAL = (OURS, "symgen batch", "symgen soa")
+"""Our functions as their scene asks for them: one state, and batches. What else is ours is a further form."""
 FUNCTIONS = (
     "mass_matrix",
     "bias_force",
@@ -54,6 +56,8 @@ class Unit:
     """(name, text) of headers that are written beside it."""
     limited: bool = True
     """Whether it is given up when it takes the compiler too long."""
+    compiler: str = ""
+    """Another C compiler than what all are compiled with."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,12 +85,18 @@ class Variant:
     setup: str = ""
     """C statements run once, with `return` of non-zero on failure."""
     batch: bool = False
+    columns: bool = False
+    """Whether a batch has a structure of arrays: states inside, coordinates outside."""
     real: str = "double"
     generate_s: float | None = None
     """Seconds that making the code took, compiling not included."""
     operations: int | None = None
     plan: str = ""
     """How it computes, for ours."""
+    own: bool = False
+    """Whether it is symgen's, in whatever form."""
+    symbol: str = ""
+    """The C function that is called, for ours."""
     sized: bool = True
     """Whether the compiled code of the units is this function's alone."""
 

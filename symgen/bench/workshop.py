@@ -72,7 +72,7 @@ class Workshop:
         return self._made(unit, words, "program", link)
 
     def _made(self, unit: Unit, words: Sequence[str], kind: str, link: Sequence[str]) -> Compiled:
-        compiler = self.compiler(unit.language)
+        compiler = unit.compiler or self.compiler(unit.language)
         digest = hashlib.sha256()
         version = compiler_version(compiler)
         for part in (kind, version, *words, *link, unit.text, *(t for header in unit.headers for t in header)):

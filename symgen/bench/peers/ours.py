@@ -1,27 +1,58 @@
-"""Our own functions: the scalar ones, and the batches from contiguous states and from a structure of arrays."""
+"""Our own functions: the scalar ones, and the batches from contiguous states and from a structure of arrays.
+
+The same in other forms are `symgen.bench.peers.forms`.
+"""
 
 from __future__ import annotations
 
 import time
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from math import prod
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from symgen.artifact import Artifact
-from symgen.bench.variant import OURS, Array, Found, Left, Problem, Unit, Variant, split
+from symgen.bench.variant import OURS, USUAL, Array, Found, Left, Problem, Unit, Variant, split
 from symgen.errors import NotSupportedError
 from symgen.generate import generate
-from symgen.scene.model import Output
+from symgen.scene.model import Output, Scene
 from symgen.scene.outputs import function_name
 from symgen.scene.request import request
+from symgen.system import System
 
 SHARED = ("dt", "p")
 """Inputs that a batch has once."""
-BATCH, SOA = "symgen batch", "symgen soa"
-SOA_MULTIPLE = 8
+_, BATCH, SOA = USUAL
+
+
+@dataclass(frozen=True)
+class Made:
+    """One function as it was written: its files, and what the manifest says of it."""
+
+    scene: str
+    function: dict[str, Any]
+    header: str
+    units: tuple[Unit, ...]
+    seconds: float
+    """CPU seconds that it took, certificate and all."""
+
+    @property
+    def name(self) -> str:
+        return str(self.function["name"])
+
+    @property
+    def sizes(self) -> list[int]:
+        return [prod(port["shape"]) for port in self.function["outputs"]]
+
+    @property
+    def scalar_units(self) -> tuple[Unit, ...]:
+        return tuple(unit for unit in self.units if unit.name != f"{self.scene}_batch")
+
+    @property
+    def batch_units(self) -> tuple[Unit, ...]:
+        return tuple(unit for unit in self.units if unit.name == f"{self.scene}_batch")
 
 
 def build(problem: Problem, batches: bool) -> Found:
@@ -32,92 +63,89 @@ def build(problem: Problem, batches: bool) -> Found:
             found.left.append(Left(OURS, name, "has no outputs"))
             continue
         output = problem.system.output(name)
-        found.variants.extend(_variants(problem, output, False))
+        found.variants.append(scalar_variant(problem, made(problem, output, asked(problem, output, False)), OURS))
         if batches and {port.name for port in program.inputs} & {"q", "v"}:
             try:
-                found.variants.extend(_variants(problem, output, True))
+                found.variants += batch_variants(problem, made(problem, output, asked(problem, output, True)))
             except NotSupportedError as error:
                 found.left.append(Left(BATCH, name, str(error)))
     return found
 
 
-def _variants(problem: Problem, output: Output, batch: bool) -> list[Variant]:
-    """The scalar function, or its two batches."""
+def asked(problem: Problem, output: Output, batch: bool) -> Scene:
     scene = request(problem.scene, outputs=(output,), targets=("c",))
-    scene = replace(scene, options=replace(scene.options, batch=batch, status=False))
-    folder = problem.folder / ("batch" if batch else "scalar") / function_name(output.name)
+    return replace(scene, options=replace(scene.options, batch=batch, status=False))
+
+
+def made(problem: Problem, output: Output, scene: Scene, system: System | None = None) -> Made:
+    """Generate a function of a scene that asks for nothing else. Raises SymgenError where that cannot be done."""
+    beside = f"{scene.name}{'-batch' if scene.options.batch else ''}"
+    folder = problem.folder / "ours" / beside / function_name(output.name)
     started = time.process_time()
-    artifact = generate(scene, folder)
+    artifact = generate(scene, folder, system=system)
     seconds = time.process_time() - started
-    function = artifact.manifest["functions"][0]
-    header = artifact.manifest["headers"][0]
-    headers = tuple((h, (folder / h).read_text()) for h in artifact.manifest["headers"])
-    alone = () if not batch else _scalar_sources(folder)  # what the scalar variant links already
-    units = tuple(
-        Unit(Path(name).stem, (folder / name).read_text(), headers=headers)
-        for name in artifact.manifest["sources"]
-        if name not in alone
-    )
-    text = headers[0][1] if headers[0][0] == header else ""
-    sizes = [prod(port["shape"]) for port in function["outputs"]]
+    manifest = artifact.manifest
+    headers = tuple((name, (folder / name).read_text()) for name in manifest["headers"])
+    units = tuple(Unit(Path(name).stem, (folder / name).read_text(), headers=headers) for name in manifest["sources"])
+    return Made(scene.name, manifest["functions"][0], headers[0][1], units, seconds)
+
+
+def scalar_variant(problem: Problem, this: Made, peer: str) -> Variant:
+    """The function for one state."""
+    function, sizes = this.function, this.sizes
     operations = sum(function["operations"][kind] for kind in ("add", "mul", "div", "sqrt"))
-    real = function["precision"]
+    outs = [f"{{out}} + {offset}" for offset in starts(sizes)]
+    return Variant(
+        peer, this.name, prototype(this.header, function["symbol"]),
+        f"{function['symbol']}({', '.join([*words(problem, function), *outs])});", arrays(problem, function),
+        sum(sizes), lambda flat, _state: split(flat, sizes), this.scalar_units, generate_s=this.seconds,
+        operations=operations, real=function["precision"], plan=function["plan"], own=True, symbol=function["symbol"],
+    )  # fmt: skip
 
-    def plain(flat: Array, _state: Any) -> list[Array]:
-        return split(flat, sizes)
 
-    arrays = {port["name"]: _column(problem, port["name"]) for port in function["inputs"]}
-    outs = [f"{{out}} + {offset}" for offset in np.cumsum([0, *sizes])[:-1]]
-    words = [_argument(port["name"], problem) for port in function["inputs"]]
-    if not batch:
-        call = f"{function['symbol']}({', '.join([*words, *outs])});"
-        base = {k: v for k, v in arrays.items() if k != "dt"}
-        return [
-            Variant(
-                OURS, output.name, _prototypes(text, function["symbol"]), call, base, sum(sizes), plain, units,
-                generate_s=seconds, operations=operations, real=real, plan=function["plan"],
-            )
-        ]  # fmt: skip
-    if function["batch_symbol"] is None:
+def batch_variants(problem: Problem, this: Made, peers: tuple[str, str] = (BATCH, SOA)) -> list[Variant]:
+    """All states in one call, as rows and as a structure of arrays; ``peers`` are their names. None where there is no
+    batch of the function."""
+    function, sizes, states = this.function, this.sizes, len(problem.states)
+    symbol = function["batch_symbol"]
+    if symbol is None:
         return []
-    return _batches(problem, function, text, arrays, words, sizes, units, seconds)
-
-
-def _batches(
-    problem: Problem, function: dict[str, Any], text: str, arrays: dict[str, Array], words: list[str],
-    sizes: list[int], units: tuple[Unit, ...], seconds: float,
-) -> list[Variant]:  # fmt: skip
-    symbol, name, real = function["batch_symbol"], function["name"], function["precision"]
-    states, starts = len(problem.states), np.cumsum([0, *sizes])[:-1]
-    outs = [f"{{out}} + {states * start}" for start in starts]
-    base = {k: v for k, v in arrays.items() if k != "dt"}
+    given, inputs = words(problem, function), arrays(problem, function)
+    outs = [f"{{out}} + {states * start}" for start in starts(sizes)]
     rows = Variant(
-        BATCH, name, _prototypes(text, symbol), f"{symbol}({', '.join(['n', *words, *outs])});", base, sum(sizes),
-        lambda flat, state: split(flat, sizes), units, batch=True, real=real, generate_s=seconds,
-        operations=None,
+        peers[0], this.name, prototype(this.header, symbol), f"{symbol}({', '.join(['n', *given, *outs])});", inputs,
+        sum(sizes), lambda flat, _state: split(flat, sizes), this.batch_units, batch=True, real=function["precision"],
+        generate_s=this.seconds, operations=None, plan=function["plan"], own=True,
     )  # fmt: skip
     soa = symbol.replace("_batch", "_soa")
-    if soa not in text:
+    if soa not in this.header:
         return [rows]
-    columns = {k: v if k in SHARED else np.ascontiguousarray(v.T) for k, v in base.items()}
-    call = f"{soa}({', '.join(['n', f'{states}', *words, *outs])});"
-    return [rows, replace(rows, peer=SOA, declaration=_prototypes(text, soa), call=call, arrays=columns)]
+    columns = {k: v if k in SHARED else np.ascontiguousarray(v.T) for k, v in inputs.items()}
+    call = f"{soa}({', '.join(['n', f'{states}', *given, *outs])});"
+    declaration = prototype(this.header, soa)
+    return [rows, replace(rows, peer=peers[1], declaration=declaration, call=call, arrays=columns, columns=True)]
 
 
-def _scalar_sources(folder: Path) -> list[str]:
-    beside: list[str] = Artifact(folder.parent.parent / "scalar" / folder.name).manifest["sources"]
-    return beside
+def starts(sizes: Sequence[int]) -> list[int]:
+    """Where each output begins."""
+    return [0, *np.cumsum(sizes)[:-1].tolist()]
+
+
+def arrays(problem: Problem, function: dict[str, Any]) -> dict[str, Array]:
+    return {port["name"]: _column(problem, port["name"]) for port in function["inputs"] if port["name"] != "dt"}
+
+
+def words(problem: Problem, function: dict[str, Any]) -> list[str]:
+    """Inputs as the call names them."""
+    names = [port["name"] for port in function["inputs"]]
+    return [float(problem.states[0]["dt"]).hex() if name == "dt" else f"{{{name}}}" for name in names]
 
 
 def _column(problem: Problem, name: str) -> Array:
     return problem.column(name)[0] if name in SHARED else problem.column(name)
 
 
-def _argument(name: str, problem: Problem) -> str:
-    return float(problem.states[0]["dt"]).hex() if name == "dt" else f"{{{name}}}"
-
-
-def _prototypes(header: str, symbol: str) -> str:
+def prototype(header: str, symbol: str) -> str:
     """The prototype of one function out of its header (the whole header would bring the names of all)."""
     start = header.index(f"{symbol}(")
     line = header.rfind("\n", 0, start) + 1

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import importlib.metadata
 import importlib.util
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 from symgen.bench.peers import adam, casadi_c, kane, mujoco, pinocchio
@@ -21,6 +23,8 @@ class Peer:
     """One line for the report."""
     installed: Callable[[], bool]
     build: Callable[[Problem, Workshop], Found]
+    package: str = ""
+    """What is installed of it, whose version is told."""
     physics: bool = True
     """False for a peer that is given our own expressions: it has what the scene has."""
 
@@ -30,19 +34,25 @@ def _module(*names: str) -> Callable[[], bool]:
 
 
 PEERS: tuple[Peer, ...] = (
-    Peer(casadi_c.OWN, "our expressions as C by CasADi", _module("casadi"), casadi_c.own, physics=False),
-    Peer(pinocchio.CPP, "Pinocchio's C++, results left in its Data", pinocchio.has_cpp, pinocchio.cpp),
+    Peer(casadi_c.OWN, "our expressions as C by CasADi", _module("casadi"), casadi_c.own, "casadi", physics=False),
+    Peer(pinocchio.CPP, "Pinocchio's C++, results left in its Data", pinocchio.has_cpp, pinocchio.cpp, "pin"),
     Peer(
         pinocchio.CODEGEN, "C by CppADCodeGen from Pinocchio; symmetric matrices by their upper triangle",
-        pinocchio.has_codegen, pinocchio.codegen,
+        pinocchio.has_codegen, pinocchio.codegen, "cmeel-cppadcodegen",
     ),
     Peer(
         pinocchio.CASADI, "C by CasADi from Pinocchio, cse; symmetric matrices by their upper triangle",
-        pinocchio.has_casadi, pinocchio.casadi,
+        pinocchio.has_casadi, pinocchio.casadi, "casadi",
     ),
-    Peer(mujoco.NAME, "MuJoCo's C interface, the library as its wheel brings it", mujoco.has_mujoco, mujoco.build),
-    Peer(adam.NAME, "C by CasADi from adam's algorithms, cse", _module("adam", "liecasadi"), adam.build),
-    Peer(kane.NAME, "SymPy's KanesMethod, cse, as C; small scenes only", _module("sympy"), kane.build),
+    Peer(
+        mujoco.NAME, "MuJoCo's C interface, the library as its wheel brings it", mujoco.has_mujoco, mujoco.build,
+        "mujoco",
+    ),
+    Peer(
+        adam.NAME, "C by CasADi from adam's algorithms, cse", _module("adam", "liecasadi"), adam.build,
+        "adam-robotics",
+    ),
+    Peer(kane.NAME, "SymPy's KanesMethod, cse, as C; small scenes only", _module("sympy"), kane.build, "sympy"),
 )  # fmt: skip
 
 
@@ -58,6 +68,16 @@ def chosen(names: Sequence[str] | None) -> tuple[list[Peer], list[Left]]:
     wanted = [peer for peer in PEERS if names is None or peer.name in names]
     missing = [Left(peer.name, "", f"not installed: {INSTALL}") for peer in wanted if not peer.installed()]
     return [peer for peer in wanted if peer.installed()], missing
+
+
+def versions(names: Collection[str]) -> dict[str, str]:
+    """The version of what each of these peers is made with, as it is installed."""
+    found = {}
+    for peer in PEERS:
+        if peer.name in names and peer.package:
+            with contextlib.suppress(importlib.metadata.PackageNotFoundError):
+                found[peer.name] = f"{peer.package} {importlib.metadata.version(peer.package)}"
+    return found
 
 
 def build(peer: Peer, problem: Problem, workshop: Workshop) -> Found:
