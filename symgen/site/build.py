@@ -1,0 +1,264 @@
+"""Building a site: generate, measure what is asked for and not stored, write pages, join them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+from symgen.console import Progress
+from symgen.errors import SceneError
+from symgen.scene.document import clean
+from symgen.scene.load import load
+from symgen.scene.model import Scene
+from symgen.site import tasks
+from symgen.site.folders import CODE, check_site, folder_name, opened
+from symgen.site.join import join
+from symgen.site.measures import DEFAULT, MEASURES, Say, measure
+from symgen.site.pages import Card, card_path, make_pages, read_cards, write_card
+from symgen.site.result import Line, SiteResult
+from symgen.site.store import (
+    Key,
+    Record,
+    code_digest,
+    read_record,
+    record_path,
+    scene_key,
+    site_key,
+    write_record,
+)
+from symgen.site.tasks import Outcome, Task
+
+
+@dataclass(frozen=True)
+class Settings:
+    """``measures``: ids of `symgen.site.measures.MEASURES`; ``effort``: quick or full; ``jobs``: processes at once;
+    ``fresh``: measure again what is stored; ``pdf``: print the pages too."""
+
+    measures: tuple[str, ...] = DEFAULT
+    effort: str = "quick"
+    jobs: int = 1
+    fresh: bool = False
+    pdf: bool = False
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A scene of this run, and its folder in the site."""
+
+    scene: Scene
+    folder: str
+    closed: bool
+    """It has closed loops, so there are no functions to generate or to measure."""
+
+
+def build_site(
+    scenes: Sequence[Scene | str | Path], out: str | Path, settings: Settings | None = None,
+    progress: Progress | None = None,
+) -> SiteResult:  # fmt: skip
+    """Make or extend the site of reports in the folder ``out``.
+
+    All scenes are read before anything is written. Measurements are stored under ``out``/data and used again while
+    symgen's version, the scene, the generated C and the settings are the same. Raises SceneError for a bad scene, two
+    scenes of one name or a folder with other files, ToolError where pages cannot be printed, NotSupportedError for a
+    scene that symgen cannot read; what cannot be measured is said in the result. An interrupt ends the measuring;
+    pages are written of what there is, then KeyboardInterrupt goes on.
+    """
+    from symgen.site.pdf import find_browser, print_pages
+
+    settings, out = settings or Settings(), Path(out)
+    subjects = read_all(scenes)
+    check_site(out)
+    browser = find_browser() if settings.pdf else None
+    with opened(out):
+        run = _Run(out, settings, subjects, progress)
+        run.go()
+        pdfs = print_pages(browser, out, run.note) if browser else ()
+        return run.result(tuple(pdfs))
+
+
+def read_all(scenes: Sequence[Scene | str | Path]) -> list[Subject]:
+    """Load and derive all scenes. Raises SceneError for the first that is wrong, and for two of one name."""
+    from symgen.system import derive
+
+    found: dict[str, Subject] = {}
+    for given in scenes:
+        scene = given if isinstance(given, Scene) else load(given)
+        system = derive(scene)
+        for output in system.outputs:
+            system.require(output)
+        folder = folder_name(scene.name)
+        if folder.lower() in found:
+            other, place = found[folder.lower()].scene, scene.source or clean(scene.name)
+            raise SceneError(f"'{clean(scene.name)}' is the name of {other.source or 'another scene'} too", place)
+        found[folder.lower()] = Subject(scene, folder, bool(system.tree.cut_joints))
+    return list(found.values())
+
+
+@dataclass
+class _Run:
+    """One run: what waits for what, and what became of it."""
+
+    out: Path
+    settings: Settings
+    subjects: list[Subject]
+    progress: Progress | None
+    lines: list[Line] = field(default_factory=list)
+    waiting: dict[str, int] = field(default_factory=dict)
+    """Scene → measurements that its page waits for."""
+    total: int = 0
+    finished: int = 0
+
+    def go(self) -> None:
+        first = [t for subject in self.subjects for t in self._begin(subject)] + self._about_symgen()
+        try:
+            tasks.run(self._counted(first), self.settings.jobs, self._done, self._say)
+        except KeyboardInterrupt:
+            for subject in self.subjects:
+                if self.waiting.get(subject.folder):
+                    _pages(subject, self.out, _silent)
+            join(self.out)
+            raise
+        join(self.out)
+
+    def note(self, done: int, total: int, what: str) -> None:
+        if self.progress is not None:
+            self.progress(done, total, what)
+
+    def result(self, pdfs: tuple[Path, ...]) -> SiteResult:
+        folders = {subject.folder for subject in self.subjects}
+        cards = [card for card in read_cards(self.out) if card.folder in folders]
+        scenes = tuple((card.name, card.verdict, card.passed) for card in cards)
+        order = {subject.scene.name: k for k, subject in enumerate(self.subjects)}
+        ids = [row.title for row in MEASURES.values()]
+        lines = sorted(self.lines, key=lambda line: (order.get(line.scene, len(order)), ids.index(line.what)))
+        return SiteResult(self.out / "index.html", scenes, tuple(lines), pdfs, tuple(site_failures(self.out)))
+
+    def _counted(self, new: Sequence[Task]) -> Sequence[Task]:
+        self.total += len(new)
+        return new
+
+    def _say(self, task: Task, what: str) -> None:
+        self.note(self.finished, self.total, f"{task.name}, {what}" if what else task.name)
+
+    def _done(self, task: Task, outcome: Outcome) -> Sequence[Task]:
+        self.finished += 1
+        follow: Callable[[Outcome], Sequence[Task]] = self.after.pop(task.name)
+        new = self._counted(follow(outcome))
+        self.note(self.finished, self.total, task.name)
+        return new
+
+    after: dict[str, Callable[[Outcome], Sequence[Task]]] = field(default_factory=dict)
+    """Task → what follows from its outcome."""
+
+    def _task(
+        self, name: str, call: Callable[[Say], Any], then: Callable[[Outcome], Sequence[Task]], alone: bool = False
+    ) -> Task:
+        self.after[name] = then
+        return Task(name, call, alone)
+
+    def _begin(self, subject: Subject) -> list[Task]:
+        if subject.closed:
+            return self._page(subject)
+        call = partial(_generate, subject.scene, self.out / subject.folder / CODE)
+        return [self._task(f"{subject.scene.name}: generate", call, partial(self._generated, subject))]
+
+    def _generated(self, subject: Subject, outcome: Outcome) -> list[Task]:
+        """Measurements that are not stored, or the page where there are none."""
+        if outcome.refused or outcome.failed:
+            write_card(self.out, _unmade(subject, outcome))
+            return []
+        key = scene_key(subject.scene.sha256, outcome.value)
+        wanted = [id for id in self.settings.measures if MEASURES[id].of_scenes]
+        new = [t for id in wanted for t in self._measure(id, key, subject)]
+        self.waiting[subject.folder] = len(new)
+        return new or self._page(subject)
+
+    def _about_symgen(self) -> list[Task]:
+        wanted = [id for id in self.settings.measures if not MEASURES[id].of_scenes]
+        return [t for id in wanted for t in self._measure(id, site_key(), None)]
+
+    def _measure(self, id: str, key: Key, subject: Subject | None) -> list[Task]:
+        row, effort = MEASURES[id], self.settings.effort
+        scene, folder = (subject.scene, subject.folder) if subject else (None, "")
+        path = record_path(self.out, folder, id)
+        stored = read_record(path)
+        empty = Record(id, key, effort, dict(row.settings(effort)))
+        name = scene.name if scene else ""
+        if stored is not None and not self.settings.fresh and stored.serves(key, effort, empty.settings):
+            self.lines.append(Line(name, row.title, "stored"))
+            return []
+        keep = stored is not None and stored.measured and stored.key == key
+        then = partial(self._measured, subject, Line(name, row.title, "measured"))
+        title = f"{name}: {row.title.lower()}" if name else row.title.lower()
+        return [self._task(title, partial(_measure, scene, path, empty, keep), then, row.alone)]
+
+    def _measured(self, subject: Subject | None, line: Line, outcome: Outcome) -> list[Task]:
+        inner = outcome.value if isinstance(outcome.value, Outcome) else outcome
+        reason = inner.refused or inner.failed
+        state = "refused" if inner.refused else "failed" if inner.failed else "measured"
+        self.lines.append(Line(line.scene, line.what, state, reason))
+        if subject is None:
+            return []
+        self.waiting[subject.folder] -= 1
+        return self._page(subject) if not self.waiting[subject.folder] else []
+
+    def _page(self, subject: Subject) -> list[Task]:
+        self.waiting[subject.folder] = 0
+        call = partial(_pages, subject, self.out)
+        return [self._task(f"{subject.scene.name}: page", call, partial(self._written, subject))]
+
+    def _written(self, subject: Subject, outcome: Outcome) -> list[Task]:
+        if outcome.refused or outcome.failed:
+            write_card(self.out, _unmade(subject, outcome))
+        return []
+
+
+def _silent(_what: str) -> None:
+    pass
+
+
+def _generate(scene: Scene, folder: Path, say: Say) -> str:
+    from symgen.generate import generate
+
+    generate(scene, folder, progress=lambda done, total, what: say(what))
+    return code_digest(folder)
+
+
+def _measure(scene: Scene | None, path: Path, empty: Record, keep: bool, say: Say) -> Outcome:
+    """Measure and store. What broke is stored too, unless that would go over a measurement that still counts."""
+    from dataclasses import replace
+
+    started = process_time()
+    outcome = tasks.outcome_of(lambda told: measure(empty.id, scene, empty.effort, told), say)
+    spent = round(process_time() - started, 3)
+    record = replace(empty, data=outcome.value, refused=outcome.refused, failed=outcome.failed, cpu_seconds=spent)
+    if record.measured or not keep:
+        write_record(path, record)
+    return Outcome(None, outcome.refused, outcome.failed)
+
+
+def _pages(subject: Subject, out: Path, _say: Say) -> None:
+    card = make_pages(subject.scene, out, subject.folder)
+    write_card(out, card)
+
+
+def _unmade(subject: Subject, outcome: Outcome) -> Card:
+    """The card of a scene that got no page in this run."""
+    reason = outcome.refused or outcome.failed
+    return Card(subject.scene.name, subject.folder, "It could not be made.", f"✗ {reason}", False, "", ())
+
+
+def site_failures(out: Path) -> list[str]:
+    """What failed among the measurements that are about symgen as a whole."""
+    from symgen.site.join import site_records
+
+    return [
+        f"{MEASURES[id].title.lower()}: {record.failed}" for id, record in site_records(out).items() if record.failed
+    ]
+
+
+__all__ = ["Settings", "SiteResult", "Subject", "build_site", "card_path", "read_all"]

@@ -1,0 +1,116 @@
+"""A scene in a few numbers, for the table over all scenes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from markupsafe import Markup
+
+from symgen.report.tables import Table, scientific
+from symgen.system import System
+from symgen.validation.result import ValidationResult
+
+
+@dataclass(frozen=True)
+class Glance:
+    """One number of a scene."""
+
+    text: str
+    section: str
+    """Where on the scene's page it comes from."""
+    short: str = ""
+    """Its name on a card; empty: it does not stand there."""
+    note: str = ""
+    """What it is of, for who points at it."""
+
+    def to_json(self) -> dict[str, str]:
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Subject:
+    system: System
+    manifest: Mapping[str, Any] | None
+    validation: ValidationResult | None
+    data: Mapping[str, Any]
+    """Measurement → its data."""
+
+
+def _freedom(subject: Subject) -> Glance | None:
+    text = str(subject.system.tree.nv)
+    return Glance(text, "natural", "degrees of freedom" if not subject.system.tree.cut_joints else "tree velocities")
+
+
+def _functions(subject: Subject) -> Glance | None:
+    if not subject.manifest:
+        return None
+    return Glance(str(len(subject.manifest["functions"])), "certificates", "functions")
+
+
+def _flops(operations: Mapping[str, int]) -> int:
+    return sum(operations.get(kind, 0) for kind in ("add", "mul", "div", "sqrt"))
+
+
+def _operations(subject: Subject) -> Glance | None:
+    """Of forward dynamics where the scene has it, as what simulations call; else of the largest function."""
+    rows = subject.manifest["functions"] if subject.manifest else []
+    counted = {row["name"]: _flops(row["operations"]) for row in rows}
+    if not counted:
+        return None
+    name = "forward_dynamics" if "forward_dynamics" in counted else max(counted, key=lambda n: counted[n])
+    return Glance(f"{counted[name]:,}", "operations", "", name)
+
+
+def _simulators(subject: Subject) -> Glance | None:
+    """The largest difference to a simulator at the same state."""
+    rows = [
+        row
+        for row in (subject.validation.rows if subject.validation else ())
+        if row.check == "same state" and row.source.startswith(("Pinocchio", "Exudyn", "MuJoCo"))
+    ]
+    if not rows:
+        return None
+    worst = max(rows, key=lambda row: row.value if row.value == row.value else float("inf"))
+    return Glance(scientific(worst.value), "validation", "", f"{worst.quantity}, {worst.source}")
+
+
+Column = Callable[[Subject], Glance | None]
+COLUMNS: dict[str, tuple[str, Column]] = {
+    "freedom": ("degrees of freedom", _freedom),
+    "functions": ("functions", _functions),
+    "operations": ("operations", _operations),
+    "simulators": ("largest difference to a simulator", _simulators),
+}
+"""Column → its heading, and its number of a scene."""
+
+
+def glances(
+    system: System, manifest: Mapping[str, Any] | None, validation: ValidationResult | None, data: Mapping[str, Any]
+) -> dict[str, Glance]:
+    """The numbers that there are of a scene, by column."""
+    subject = Subject(system, manifest, validation, data)
+    found = {name: column(subject) for name, (_, column) in COLUMNS.items()}
+    return {name: glance for name, glance in found.items() if glance is not None}
+
+
+def glance_table(scenes: list[tuple[str, str, str, Mapping[str, Glance]]]) -> Table:
+    """``scenes``: (name, address of its page, verdict, numbers)."""
+    present = [name for name in COLUMNS if any(name in numbers for _, _, _, numbers in scenes)]
+    rows = []
+    for name, address, verdict, numbers in scenes:
+        linked = Markup('<a href="{}">{}</a>').format(address, name) if address else Markup("{}").format(name)
+        rows.append((linked, *(_cell(address, numbers.get(column)) for column in present), verdict))
+    header = ("scene", *(COLUMNS[column][0] for column in present), "verdict")
+    numeric = frozenset(range(1, len(present) + 1))
+    return Table("Every scene in a row; a number leads to where it comes from", header, tuple(rows), numeric)
+
+
+def _cell(address: str, glance: Glance | None) -> Markup:
+    if glance is None:
+        return Markup("–")
+    if not address:
+        return Markup("{}").format(glance.text)
+    note = Markup(' title="{}"').format(glance.note) if glance.note else Markup("")
+    return Markup('<a href="{}#{}"{}>{}</a>').format(address, glance.section, note, glance.text)
