@@ -65,8 +65,8 @@ def make_pages(scene: Scene, out: Path, folder: str) -> Card:
     data = {id: record.data for id, record in stored.items() if record.measured}
     validation = read_validation(data["validation"]) if "validation" in data else None
     shown = {id: value for id, value in data.items() if id in sections.TITLES}
-    if "record" in sections.TITLES:
-        shown["record"] = [_row(record) for record in stored.values()]
+    if artifact is not None:
+        shown["record"] = {"rows": [_row(record, folder) for record in stored.values()]}
     entry = write_report(out / folder / BOOK, scene, validation, artifact, shown)
     pages = [("Equations", BOOK)]
     if artifact is not None and _write_code_page(out / folder / CODE_PAGE, system, artifact):
@@ -83,13 +83,14 @@ def make_pages(scene: Scene, out: Path, folder: str) -> Card:
     )  # fmt: skip
 
 
-def _row(record: Record) -> dict[str, Any]:
+def _row(record: Record, folder: str) -> dict[str, Any]:
     return {
         "title": MEASURES[record.id].title,
         "effort": record.effort,
         "settings": dict(record.settings),
         "outcome": record.refused or record.failed,
         "failed": bool(record.failed),
+        "file": f"../{DATA}/{folder}/{record.id}.json",
     }
 
 

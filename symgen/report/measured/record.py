@@ -1,0 +1,30 @@
+"""What was measured for a page, under which settings, and what could not be."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from markupsafe import Markup
+
+from symgen.report.tables import Table
+
+
+def values(data: Mapping[str, Any]) -> dict[str, object]:
+    """``rows``: title, effort, settings, outcome (empty: it was measured), failed, file (its data, from the page)."""
+    rows = []
+    for row in data["rows"]:
+        settings = ", ".join(f"{name.replace('_', ' ')} {_value(value)}" for name, value in row["settings"].items())
+        state = "failed" if row["failed"] else "not measured" if row["outcome"] else "measured"
+        what = Markup('<a href="{}">{}</a>').format(row["file"], row["title"])
+        rows.append((what, row["effort"], settings or "as symgen sets them", _outcome(state, row["outcome"])))
+    caption = "What was measured for this page; each line leads to its numbers (JSON)"
+    return {"table": Table(caption, ("measurement", "effort", "settings", "outcome"), tuple(rows)) if rows else None}
+
+
+def _value(value: object) -> str:
+    return f"{value:,}" if isinstance(value, int) and not isinstance(value, bool) else str(value)
+
+
+def _outcome(state: str, reason: str) -> str:
+    return f"{state}: {reason}" if reason else state
