@@ -67,13 +67,14 @@ def is_datum(step: Instruction) -> bool:
 
 
 def is_rounded(step: Instruction) -> bool:
-    """What is rounded when the program runs, its data included."""
-    return step.op != "neg" and (step.op not in ("const", "input") or is_datum(step))
+    """What is rounded when the program runs: operations, and constants that a double cannot hold. Inputs are what they
+    are: moved along, they would hide how plans differ where the problem is badly conditioned."""
+    return is_datum(step) if step.op == "const" else step.op not in ("neg", "input")
 
 
-def moved(program: Program, states: Mapping[str, Array], moves: Moves, seed: int) -> Array:
-    """‖δy‖∞/‖y‖∞ at every state, in units of the relative movement. ``states``: input → (states, size); every state has
-    random signs of its own."""
+def movements(program: Program, states: Mapping[str, Array], moves: Moves, seed: int) -> tuple[Array, Array]:
+    """Every output entry (row) at every state (column), and |δy| per relative movement. ``states``: input → (states,
+    size); every state has random signs of its own."""
     count = len(next(iter(states.values()))) if states else 1
     movable = [moves(step) for step in program.instructions]
     signs = np.random.default_rng(seed).integers(0, 2, (sum(movable), count), dtype=np.int8)
@@ -93,8 +94,14 @@ def moved(program: Program, states: Mapping[str, Array], moves: Moves, seed: int
             values.append(value * next(factors) if moves_here else value)
         results = [np.broadcast_to(values[i], (count,)) for row in program.results for i in row]
         found = np.array(results).reshape(-1, count)
-        scale = np.max(np.abs(found.real), axis=0, initial=0.0)
-        return np.asarray(np.max(np.abs(found.imag), axis=0, initial=0.0) / STEP / np.where(scale > 0, scale, 1.0))
+        return np.asarray(found.real), np.asarray(np.abs(found.imag) / STEP)
+
+
+def moved(program: Program, states: Mapping[str, Array], moves: Moves, seed: int) -> Array:
+    """‖δy‖∞/‖y‖∞ at every state, in units of the relative movement (see `movements`)."""
+    values, found = movements(program, states, moves, seed)
+    scale = np.max(np.abs(values), axis=0, initial=0.0)
+    return np.asarray(np.max(found, axis=0, initial=0.0) / np.where(scale > 0, scale, 1.0))
 
 
 def condition(program: Program, states: Mapping[str, Array], draws: int = 16, seed: int = 1) -> Array:
