@@ -38,12 +38,13 @@ class Camera:
     middle: Array
     """What stands in the middle of the picture, in view axes."""
     scale: float
+    size: tuple[float, float] = (WIDTH, HEIGHT)
 
     def see(self, points: Array) -> Array:
         """(n, 3): x, y in pixels and depth (larger is nearer) in m."""
         seen = (points - self.centre) @ self.axes.T
-        x = WIDTH / 2 + self.scale * (seen[:, 0] - self.middle[0])
-        y = HEIGHT / 2 - self.scale * (seen[:, 1] - self.middle[1])
+        x = self.size[0] / 2 + self.scale * (seen[:, 0] - self.middle[0])
+        y = self.size[1] / 2 - self.scale * (seen[:, 1] - self.middle[1])
         return np.column_stack([x, y, seen[:, 2]])
 
 
@@ -127,7 +128,7 @@ def aim(drawing: Drawing, axes: Array) -> Camera:
     return Camera(axes, centre, (low + high) / 2, scale)
 
 
-def _hull(points: Array) -> list[Array]:
+def hull(points: Array) -> list[Array]:
     """Convex outline of points in the plane (monotone chain)."""
     ordered = sorted((round(float(x), 3), round(float(y), 3)) for x, y in points[:, :2])
     outline: list[tuple[float, float]] = []
@@ -162,12 +163,12 @@ COILS, COIL = 9, 6.0
 """Turns of a spring, and their half width in pixels."""
 
 
-def _zigzag(start: Array, end: Array) -> str:
-    """A spring: straight ends and a zigzag between them."""
+def zigzag(start: Array, end: Array, width: float = COIL) -> str:
+    """A spring: straight ends and a zigzag between them, ``width`` pixels to either side."""
     length = float(np.linalg.norm(end - start))
     if length < 1:
         return path([start, end])
-    side = np.array([-(end - start)[1], (end - start)[0]]) / length * COIL
+    side = np.array([-(end - start)[1], (end - start)[0]]) / length * width
     inner = [
         start + (end - start) * (0.15 + 0.7 * (k + 0.5) / (2 * COILS)) + (side if k % 2 else -side)
         for k in range(2 * COILS)
@@ -187,11 +188,11 @@ def _element(shape: Shape, seen: Array, scale: float) -> Markup:
     if kind == "sheet":
         return tag("path", class_=f"sheet {shape.colour}", d=path(seen[:, :2], close=True))
     if kind == "hull":
-        return tag("path", class_="hull", d=path(_hull(seen), close=True), fill=shape.colour, stroke=shape.colour)
+        return tag("path", class_="hull", d=path(hull(seen), close=True), fill=shape.colour, stroke=shape.colour)
     if kind == "line":
         return tag("path", class_=f"line {shape.colour}", d=path(seen[:, :2]), stroke_width=shape.size)
     if kind == "spring":
-        return tag("path", class_="line spring", d=_zigzag(seen[0, :2], seen[1, :2]), stroke_width=shape.size)
+        return tag("path", class_="line spring", d=zigzag(seen[0, :2], seen[1, :2]), stroke_width=shape.size)
     if kind == "arrow":
         return tag("path", class_="arrow", d=_arrow(seen), stroke_width=shape.size)
     x, y = float(seen[0, 0]), float(seen[0, 1])

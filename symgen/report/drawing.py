@@ -39,6 +39,15 @@ class Label:
 
 
 @dataclass(frozen=True)
+class Rod:
+    """A body's rod as a line, for small pictures."""
+
+    body: int
+    start: Point
+    end: Point
+
+
+@dataclass(frozen=True)
 class Motion:
     """An elementary motion of a joint, for the script that moves the drawing."""
 
@@ -95,3 +104,4 @@ class Drawing:
     """Planar scenes: the normal of the plane, towards the viewer."""
     description: str
     """The drawing in words."""
+    rods: tuple[Rod, ...] = ()

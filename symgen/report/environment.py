@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from functools import cache
 from importlib import resources
 
@@ -27,10 +28,16 @@ def render(template: str, **values: object) -> str:
 
 
 def style_sheet() -> Markup:
-    """Colours and drawings, then the page."""
-    return Markup(asset("drawing.css") + asset("style.css"))
+    """Colours and drawings, then the page, then plots of many dots."""
+    return Markup(asset("drawing.css") + asset("style.css") + asset("scatter.css"))
 
 
 def asset(name: str) -> str:
     """A style sheet or script that goes into the page as it is."""
     return resources.files("symgen").joinpath("templates", "report", name).read_text(encoding="utf-8")
+
+
+def script_json(value: object) -> Markup:
+    """JSON that may stand inside a script element whatever the names in it are."""
+    text = json.dumps(value, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
+    return Markup(text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e"))

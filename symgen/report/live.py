@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 from markupsafe import Markup
 
 from symgen.report.camera import HEIGHT, INSET, LIGHT, MARGIN, WIDTH, aim, choose_view, inset_corner
 from symgen.report.drawing import Drawing, Frame
+from symgen.report.environment import script_json
 from symgen.report.solids import Array
 
 
@@ -69,5 +69,4 @@ def drawing_json(drawing: Drawing) -> Markup:
             for shape in drawing.shapes
         ],
     }
-    text = json.dumps(value, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
-    return Markup(text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e"))
+    return script_json(value)

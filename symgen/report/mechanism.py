@@ -243,6 +243,7 @@ def _finish(sketch: Sketch, bones: dict[int, list[Array]], poses: tuple[Pose, ..
         gravity=triple(-up) if size else None,
         normal=triple(array(plane[2])) if plane is not None else None,
         description=describe(system),
+        rods=tuple(sketch.rods),
     )
 
 

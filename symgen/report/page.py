@@ -22,6 +22,7 @@ from symgen.report.drawing import Drawing
 from symgen.report.equations import equations
 from symgen.report.live import drawing_json
 from symgen.report.mechanism import display_words, draw
+from symgen.report.player import player
 from symgen.report.plots import Bar, bar_chart
 from symgen.report.rank import constraint_rank
 from symgen.report.shell import ALONE, Place, page
@@ -155,7 +156,7 @@ def _render(subject: _Subject, directory: Path | None, manifest: Mapping[str, An
     """The page as text."""
     system, refusal, result = subject.system, subject.refusal, subject.result
     units = [unit for body in system.tree.bodies for unit in JOINT_TYPES[body.joint.type].q_units]
-    values: dict[str, object] = {
+    values: dict[str, Any] = {
         "measured": measurements.values(subject.measured),
         "scene": system.scene,
         "refusal": refusal,
@@ -166,10 +167,11 @@ def _render(subject: _Subject, directory: Path | None, manifest: Mapping[str, An
         "provenance": _provenance(system, result),
     }
     values |= _problem(system) | _mechanism(subject) | _topology(system) | _natural(system)
-    values |= _operations(system, refusal) | _code(directory, manifest)
+    values |= _operations(system, refusal) | _code(directory, manifest) | _motion(subject, values["measured"])
     values |= motion_plots.validation_values(result, refusal, units)
     title, sections = f"{system.scene.name}: equations of motion", _sections(subject.measured)
-    return page("report/page.html.j2", title, sections, subject.place, ("mechanism.js",), **values)
+    scripts = ("mechanism.js", *(("motion.js",) if "motion" in subject.measured else ()))
+    return page("report/page.html.j2", title, sections, subject.place, scripts, **values)
 
 
 def _sections(measured: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -226,6 +228,13 @@ def _mechanism(subject: _Subject) -> dict[str, object]:
         "mechanism_caption": display_words(subject.system),
         "legend": [(body.name, body_colour(body.index)) for body in subject.system.tree.bodies],
     }
+
+
+def _motion(subject: _Subject, measured: Mapping[str, Mapping[str, Any]]) -> dict[str, object]:
+    if "motion" not in measured:
+        return {"motion_data": "", "motion_points": [], "motion_stills": []}
+    made = player(subject.drawing, subject.measured["motion"], measured["motion"]["speed"])
+    return {"motion_data": made.data, "motion_points": made.points, "motion_stills": made.stills}
 
 
 def _topology(system: System) -> dict[str, object]:

@@ -119,9 +119,11 @@ def mark(kind: int, x: float, y: float, style: str) -> Markup:
 
 
 def line_plot(
-    series: Sequence[Series], title: str, x_label: str, name: str, unit: str, width: float = 330, height: float = 190
-) -> Markup:
-    """Values over time, of a named quantity; very small and very large ones are given in a power of ten."""
+    series: Sequence[Series], title: str, x_label: str, name: str, unit: str, width: float = 330, height: float = 190,
+    cursor: bool = False,
+) -> Markup:  # fmt: skip
+    """Values over time, of a named quantity; very small and very large ones are given in a power of ten. ``cursor``:
+    with a line that a script moves by up to ``data-span`` pixels."""
     most = max((abs(b) for s in series for b in s.y if math.isfinite(b)), default=0.0)
     exponent = 3 * math.floor(math.log10(most) / 3) if most > 0 and not 0.01 <= most < 1e5 else 0
     if exponent:
@@ -131,7 +133,11 @@ def line_plot(
     y = linear_axis([b for s in series for b in s.y if math.isfinite(b)] or [0.0], height - 42, 26)
     curves = [part for s in series for part in _curve(s, x, y)]
     label = f"{name}, {unit}" if unit else name
-    return figure([*_frame(x, y, x_label, label), *curves], width, height, title, class_="plot")
+    parts = [*_frame(x, y, x_label, label), *curves]
+    if not cursor:
+        return figure(parts, width, height, title, class_="plot")
+    parts.append(tag("path", class_="cursor", d=path([(x.start, y.start), (x.start, y.end)])))
+    return figure(parts, width, height, title, class_="plot", data_start=num(x.start), data_span=num(x.end - x.start))
 
 
 def linear_axis_exact(values: Sequence[float], start: float, end: float) -> Axis:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from symgen.report import solids
-from symgen.report.drawing import Label, Point, Shape
+from symgen.report.drawing import Label, Point, Rod, Shape
 from symgen.report.solids import Array, Polygon
 from symgen.scene.model import Joint
 from symgen.system import System
@@ -55,6 +55,7 @@ class Sketch:
     scale: float
     shapes: list[Shape] = field(default_factory=list)
     labels: list[Label] = field(default_factory=list)
+    rods: list[Rod] = field(default_factory=list)
 
     @property
     def symbol(self) -> float:
@@ -75,5 +76,6 @@ class Sketch:
     def rod(self, body: int, start: Array, end: Array) -> None:
         length = float(np.linalg.norm(end - start))
         if length > 0.02 * self.scale:
+            self.rods.append(Rod(body, triple(start), triple(end)))
             pieces = min(8, max(1, round(length / (0.12 * self.scale))))
             self.faces(body, solids.tube(start, end, 0.36 * self.symbol, 8, pieces), body_colour(body))

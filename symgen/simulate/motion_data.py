@@ -21,7 +21,6 @@ from symgen.simulate.motion import Motion
 from symgen.simulate.run import simulate
 from symgen.simulate.start import Start, choose_start
 from symgen.system import System, derive
-from symgen.topology.tree import TreeBody
 from symgen.velocity.kinematics import kinematics
 from symgen.velocity.values import Values
 
@@ -45,7 +44,7 @@ def motion_data(
 
     ``seconds``: how long at most. It is shorter where something slides or flies away, and where bodies turn so fast
     that ``frames`` pictures (at most) would not show it. Keys: ``start`` (in words), ``q0``, ``v0``, ``times``, ``q``,
-    ``v``, ``kinetic``, ``potential``, ``monitors``, ``names``, ``units``, ``bodies``, and per time the ``poses``:
+    ``v``, ``kinetic``, ``potential``, ``monitors``, ``joints``, ``bodies``, and per time the ``poses``:
     x, y, z and the quaternion x, y, z, w of every moving body's frame. Raises NotSupportedError for closed loops,
     ToolError without SciPy or a C compiler.
     """
@@ -59,10 +58,10 @@ def motion_data(
     each = 7 * len(system.tree.bodies) + model.nq + model.nv + 3
     frames = max(2, min(frames, NUMBERS // each))
     say(f"{scene.name}: simulating")
-    whole = simulate(model, start.q, start.v, start.seconds, samples=2001)
+    whole = simulate(model, start.q.tolist(), start.v.tolist(), start.seconds, samples=2001)
     end = _end(system, model, whole, start, frames)
     count = max(2, min(frames, max(SMOOTH, math.ceil(_fastest(system, whole, end) * end / TURN) + 1, _a_second(end))))
-    motion = whole if end == start.seconds else simulate(model, start.q, start.v, end, samples=2001)
+    motion = whole if end == start.seconds else simulate(model, start.q.tolist(), start.v.tolist(), end, samples=2001)
     return _data(system, model, motion, start, np.linspace(0.0, end, count))
 
 
@@ -159,11 +158,6 @@ def _data(system: System, model: Model, motion: Motion, start: Start, times: Arr
     q, v = motion.at(times)
     kinetic, potential = model.energies(q, v)
     poses = _Poses(system, Values(system.scene, FloatNumbers(), [float(x) for x in model.p]))
-    names = model.names
-    units = ([""] * model.nq, [""] * model.nv)
-    for body in _own(system):
-        kind = JOINT_TYPES[body.joint.type]
-        units[0][body.q : body.q + body.nq], units[1][body.v : body.v + body.nv] = kind.q_units, kind.v_units
     return {
         "scene": system.scene.name,
         "scene_sha256": system.scene.sha256,
@@ -176,8 +170,11 @@ def _data(system: System, model: Model, motion: Motion, start: Start, times: Arr
             "quaternion_drift": float(f"{motion.monitors.quaternion_drift:.2g}"),
         },
         "conservative": _conservative(system),
-        "names": {"q": names[0], "v": names[1]},
-        "units": {"q": units[0], "v": units[1]},
+        "joints": [
+            {"name": body.joint.name, "type": body.joint.type, "q": [body.q, body.nq], "v": [body.v, body.nv]}
+            for body in system.tree.bodies
+            if body.coupling is None
+        ],
         "bodies": [body.name for body in system.tree.bodies],
         "times": [float(f"{t:.6g}") for t in times],
         "q": [[short(x) for x in row] for row in q.tolist()],
@@ -186,11 +183,6 @@ def _data(system: System, model: Model, motion: Motion, start: Start, times: Arr
         "potential": [short(float(x)) for x in potential],
         "poses": [poses.at(row) for row in q],
     }
-
-
-def _own(system: System) -> Iterator[TreeBody]:
-    """Bodies whose joints have coordinates of their own."""
-    return (body for body in system.tree.bodies if body.coupling is None)
 
 
 def _conservative(system: System) -> bool:

@@ -1,4 +1,5 @@
-"""Where a motion to look at starts: near rest where a mechanism hangs, turning where it does not, thrown where it falls.
+"""Where a motion to look at starts: near rest where a mechanism hangs, turning where it does not, thrown where it
+falls.
 
 Rules, in this order:
 
@@ -33,8 +34,8 @@ TILT = 0.4
 """rad that a ball joint starts turned about x."""
 TOP = 1.5
 """Times the spin that keeps a top asleep."""
-FALL = 9.6
-"""A throw lasts sqrt(FALL · size / acceleration): it goes 1.2 sizes far."""
+FALL = 5.0
+"""A throw lasts sqrt(FALL · size / acceleration): it goes 0.6 sizes far."""
 FLAT = 1e-9
 """A potential that changes by less than this part of its scale does not depend on a coordinate."""
 

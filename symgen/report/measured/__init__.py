@@ -8,10 +8,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from symgen.report.measured import motion, record
+
 Values = Callable[[Mapping[str, Any]], dict[str, object]]
-TITLES: dict[str, str] = {}
+TITLES: dict[str, str] = {
+    "motion": "Motion",
+    "record": "How it was measured",
+}
 """Section → its title, in reading order."""
-VALUES: dict[str, Values] = {}
+VALUES: dict[str, Values] = {
+    "motion": motion.values,
+    "record": record.values,
+}
 """Section → what its template lays out."""
 
 
