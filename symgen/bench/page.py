@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from html import escape
 from pathlib import Path
 
 from symgen.bench.result import BenchResult
-from symgen.report.page import write_text
 
-STYLE = "body{font:16px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:80rem}pre{overflow-x:auto;line-height:1.35}"
+SECTIONS = (
+    ("speed", "Speed against error"),
+    ("frontier", "Programs worth having"),
+    ("peers", "Beside other programs"),
+    ("rows", "Every row"),
+    ("left", "What was not measured"),
+    ("how", "How it was measured"),
+)
 
 
 def write_files(
@@ -20,6 +25,8 @@ def write_files(
 ) -> None:
     """Whatever is asked for. SceneError where a file cannot be written, ToolError for figures without matplotlib (with
     ``figures_needed``; else they are left out then)."""
+    from symgen.report.page import write_text
+
     if csv_file is not None:
         write_text(csv_file, result.to_csv())
     if plots is not None:
@@ -28,17 +35,13 @@ def write_files(
         if figures_needed or has_matplotlib():
             write_plots(result, plots)
     if report is not None:
-        write_report(report, result)
+        write_text(report, bench_page(result))
 
 
-def write_report(path: Path, result: BenchResult) -> None:
-    """Write the tables of ``result.to_text()``, and the figures where matplotlib is installed, as HTML."""
-    from symgen.bench.plots import figures
+def bench_page(result: BenchResult) -> str:
+    """The page of a result: the same bytes for the same result."""
+    from symgen.report.measured.speed import values
+    from symgen.report.shell import page
 
-    title = escape(f"{result.scene}: speed and error")
-    pictures = "\n".join(figures(result).values())
-    write_text(
-        path,
-        f'<!doctype html>\n<html lang="en"><meta charset="utf-8"><title>{title}</title><style>{STYLE}</style>\n'
-        f"<h1>{title}</h1>\n{pictures}\n<pre>{escape(result.to_text())}</pre>\n</html>\n",
-    )
+    title = f"{result.scene}: speed and error"
+    return page("report/bench.html.j2", title, SECTIONS, it=values(result.to_json()))

@@ -8,16 +8,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from symgen.report.measured import motion, record
+from symgen.report.measured import motion, record, speed
 
 Values = Callable[[Mapping[str, Any]], dict[str, object]]
 TITLES: dict[str, str] = {
     "motion": "Motion",
+    "speed": "Speed against error",
     "record": "How it was measured",
 }
 """Section → its title, in reading order."""
 VALUES: dict[str, Values] = {
     "motion": motion.values,
+    "speed": speed.values,
     "record": record.values,
 }
 """Section → what its template lays out."""
