@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from time import process_time
@@ -31,6 +32,9 @@ from symgen.site.store import (
     write_record,
 )
 from symgen.site.tasks import Outcome, Task
+
+HEAVY = ("symgen.targets.sympy", "symgen.targets.casadi")
+"""Imported once, before the processes that would each import them are forked."""
 
 
 @dataclass(frozen=True)
@@ -113,6 +117,8 @@ class _Run:
     finished: int = 0
 
     def go(self) -> None:
+        for module in HEAVY:
+            importlib.import_module(module)
         first = [t for subject in self.subjects for t in self._begin(subject)] + self._about_symgen()
         try:
             tasks.run(self._counted(first), self.settings.jobs, self._done, self._say)
@@ -192,11 +198,17 @@ class _Run:
             self.lines.append(Line(name, row.title, "stored"))
             return []
         keep = stored is not None and stored.measured and stored.key == key
-        then = partial(self._measured, subject, Line(name, row.title, "measured"))
+        broke = None if keep else (path, empty)
+        then = partial(self._measured, subject, Line(name, row.title, "measured"), broke)
         title = f"{name}: {row.title.lower()}" if name else row.title.lower()
         return [self._task(title, partial(_measure, scene, path, empty, keep), then, row.alone)]
 
-    def _measured(self, subject: Subject | None, line: Line, outcome: Outcome) -> list[Task]:
+    def _measured(
+        self, subject: Subject | None, line: Line, broke: tuple[Path, Record] | None, outcome: Outcome
+    ) -> list[Task]:
+        """``broke``: where it is stored that the process itself broke."""
+        if outcome.failed and broke is not None:
+            write_record(broke[0], replace(broke[1], failed=outcome.failed))
         inner = outcome.value if isinstance(outcome.value, Outcome) else outcome
         reason = inner.refused or inner.failed
         state = "refused" if inner.refused else "failed" if inner.failed else "measured"
@@ -230,8 +242,6 @@ def _generate(scene: Scene, folder: Path, say: Say) -> str:
 
 def _measure(scene: Scene | None, path: Path, empty: Record, keep: bool, say: Say) -> Outcome:
     """Measure and store. What broke is stored too, unless that would go over a measurement that still counts."""
-    from dataclasses import replace
-
     started = process_time()
     outcome = tasks.outcome_of(lambda told: measure(empty.id, scene, empty.effort, told), say)
     spent = round(process_time() - started, 3)

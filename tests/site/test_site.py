@@ -1,0 +1,183 @@
+"""The site: complete, joined, grown by later runs, the same bytes, with what is stored used again."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from symgen.site.build import Settings, build_site
+from symgen.site.pages import read_cards
+from tests.report import pages
+from tests.site import reading
+from tests.site.conftest import example
+from tests.site.fakes import Put
+
+VALIDATION = Settings(("validation",), jobs=2)
+NOTHING = Settings(())
+
+
+Small = Callable[[str], Path]
+
+
+def build(out: Path, *scenes: Path, settings: Settings = VALIDATION) -> dict[str, list[str]]:
+    """State → what was measured so, as scene/measurement."""
+    result = build_site(scenes, out, settings)
+    found: dict[str, list[str]] = {}
+    for line in result.lines:
+        found.setdefault(line.state, []).append(f"{line.scene}/{line.what}")
+    return found
+
+
+def html(out: Path) -> dict[str, str]:
+    return reading.html_files(out)
+
+
+def test_pages_are_joined(put: Put, small: Small, tmp_path: Path) -> None:
+    put("validation", "validation")
+    build(tmp_path, small("pendulum"), small("cart_pole"), example("four_bar"))
+    texts = html(tmp_path)
+    assert {"index.html", "pendulum/index.html", "cart_pole/index.html", "four_bar/index.html"} <= set(texts)
+    assert reading.broken_links(tmp_path) == []
+    for name, text in texts.items():
+        seen = pages.read_html(text)
+        assert seen.wrong == [] and seen.open == [] and len(seen.ids) == len(set(seen.ids)), name
+        root = pages.read_xml(text)
+        assert len(list(root.iter("h1"))) == 1 and len(list(root.iter("main"))) == 1
+        assert next(nav.get("aria-label") for nav in root.iter("nav")) == "Site"
+    middle = {(a.get("rel"), a.get("href")) for a in pages.read_xml(texts["four_bar/index.html"]).iter("a")}
+    assert {("prev", "../cart_pole/index.html"), ("next", "../pendulum/index.html")} <= middle
+    index = reading.text_of(texts["index.html"])
+    assert "3 scenes" in index and "✓ two checks passed" in index and "topology only" in index
+    assert (tmp_path / "pendulum/code/manifest.json").is_file()
+
+
+def test_headings_go_down_one_by_one(put: Put, small: Small, tmp_path: Path) -> None:
+    put("validation", "validation")
+    build(tmp_path, small("pendulum"))
+    for name, text in html(tmp_path).items():
+        levels = [int(level) for level in re.findall(r"<h([1-6])[ >]", text)]
+        assert levels[0] == 1, name
+        assert all(b <= a + 1 for a, b in itertools.pairwise(levels)), (name, levels)
+
+
+def test_what_is_stored_is_used_again(put: Put, small: Small, tmp_path: Path) -> None:
+    put("validation", "validation", quick={"states": 10}, full={"states": 20})
+    both = ["pendulum/Validation", "cart_pole/Validation"]
+    assert build(tmp_path, small("pendulum"), small("cart_pole")) == {"measured": both}
+    before = html(tmp_path)
+    assert build(tmp_path, small("pendulum"), small("cart_pole")) == {"stored": both}
+    assert html(tmp_path) == before
+    assert build(tmp_path, small("pendulum"), settings=NOTHING) == {}
+    assert html(tmp_path) == before  # what is stored is shown, whatever is asked for
+    assert build(tmp_path, small("pendulum"), settings=Settings(("validation",), "full")) == {"measured": both[:1]}
+    assert build(tmp_path, small("pendulum")) == {"stored": both[:1]}  # full effort serves where quick is asked for
+    assert "20 states" in reading.text_of(html(tmp_path)["pendulum/index.html"]).replace("random states20", "20 states")
+    assert build(tmp_path, small("pendulum"), settings=Settings(("validation",), fresh=True)) == {"measured": both[:1]}
+
+
+def test_a_changed_scene_is_measured_again(put: Put, small: Small, tmp_path: Path) -> None:
+    put("validation", "validation")
+    scene, site = tmp_path / "arm.scene.yaml", tmp_path / "site"
+    text = small("arm").read_text(encoding="utf-8")
+    scene.write_text(text, encoding="utf-8")
+    build_site([scene], site, VALIDATION)
+    scene.write_text(re.sub(r"mass: [0-9.]+", "mass: 7.5", text, count=1), encoding="utf-8")
+    assert build_site([scene], site, NOTHING).scenes[0][2] is None  # what was measured of another mass is not shown
+    assert "not validated" in html(site)["arm/index.html"]
+    assert [line.state for line in build_site([scene], site, VALIDATION).lines] == ["measured"]
+
+
+def test_a_site_grows(put: Put, small: Small, tmp_path: Path) -> None:
+    put("validation", "validation")
+    build(tmp_path, small("cart_pole"))
+    assert 'rel="next"' not in html(tmp_path)["cart_pole/index.html"]
+    build(tmp_path, small("pendulum"))
+    texts = html(tmp_path)
+    assert 'rel="next"' in texts["cart_pole/index.html"] and reading.broken_links(tmp_path) == []
+    assert "2 scenes" in reading.text_of(texts["index.html"])
+
+
+def test_the_same_bytes(put: Put, small: Small, tmp_path: Path) -> None:
+    """Whatever the order and the number of processes; nothing of this machine is in it."""
+    put("validation", "validation")
+    build(tmp_path / "a", small("pendulum"), small("cart_pole"))
+    build(tmp_path / "b", small("cart_pole"), small("pendulum"), settings=Settings(("validation",), jobs=1))
+    assert html(tmp_path / "a") == html(tmp_path / "b")
+    assert not any(str(tmp_path) in text for text in html(tmp_path / "a").values())
+
+
+def test_what_failed_comes_first(put: Put, small: Small, tmp_path: Path) -> None:
+    put("validation", "failing")
+    result = build_site([small("pendulum"), small("cart_pole"), small("furuta")], tmp_path, VALIDATION)
+    assert not result.passed and {name: ok for name, _, ok in result.scenes}["cart_pole"] is False
+    root = pages.read_xml(html(tmp_path)["index.html"])
+    assert [h.findtext("a") for h in root.iter("h3")] == ["cart_pole", "furuta", "pendulum"]
+    assert "Checks failed in cart_pole" in reading.text_of(html(tmp_path)["index.html"])
+
+
+@pytest.mark.parametrize(
+    ("function", "state", "reason"),
+    [
+        ("refusing", "refused", "no simulator has such a joint"),
+        ("without_tool", "refused", "no C compiler"),
+        ("without_package", "refused", "the package no_such_package_anywhere is not installed"),
+        ("not_written_yet", "refused", "cannot be measured by this symgen"),
+        ("breaking", "failed", "unexpected ZeroDivisionError: a bug"),
+        ("uncertified", "failed", "a function is not the function"),
+        ("dying", "failed", "its process ended with status 7"),
+        ("without_number", "failed", "ValueError"),
+    ],
+)
+def test_what_cannot_be_measured_is_a_line(
+    put: Put, small: Small, tmp_path: Path, function: str, state: str, reason: str
+) -> None:
+    put("validation", function)
+    result = build_site([small("pendulum")], tmp_path, VALIDATION)
+    assert [(line.state, line.scene) for line in result.lines] == [(state, "pendulum")]
+    assert reason in result.lines[0].reason and reason in result.to_text()
+    assert result.passed is (state == "refused")
+    page = reading.text_of(html(tmp_path)["pendulum/index.html"])
+    assert reason in page
+    assert json.loads(json.dumps(result.to_json()))["measurements"][0]["state"] == state
+    put("validation", "validation")  # and it is tried again
+    assert [line.state for line in build_site([small("pendulum")], tmp_path, VALIDATION).lines] == ["measured"]
+
+
+def test_a_refusal_leaves_what_was_measured(put: Put, small: Small, tmp_path: Path) -> None:
+    put("validation", "validation")
+    build(tmp_path, small("pendulum"))
+    before = html(tmp_path)
+    put("validation", "without_tool")
+    assert build(tmp_path, small("pendulum"), settings=Settings(("validation",), fresh=True)) == {
+        "refused": ["pendulum/Validation"]
+    }
+    assert html(tmp_path) == before
+
+
+def test_an_interrupt_leaves_pages_of_what_there_is(put: Put, small: Small, tmp_path: Path) -> None:
+    put("validation", "validation")
+    put("motion", "sleeping")
+
+    def progress(_done: int, _total: int, what: str) -> None:
+        if what == "pendulum: motion":
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        build_site([small("pendulum")], tmp_path, Settings(("validation", "motion")), progress)
+    assert "✓ two checks passed" in html(tmp_path)["index.html"]
+    assert reading.broken_links(tmp_path) == []
+    assert [card.measured for card in read_cards(tmp_path)] == [("validation",)]
+
+
+def test_damaged_data_are_measured_again(put: Put, small: Small, tmp_path: Path) -> None:
+    put("validation", "validation")
+    build(tmp_path, small("pendulum"))
+    for damage in ("", "{", '{"format": 99}', '{"format": 1, "id": 3}', "[]"):
+        (tmp_path / "data/pendulum/validation.json").write_text(damage, encoding="utf-8")
+        (tmp_path / "data/pendulum/card.json").write_text(damage, encoding="utf-8")
+        assert build(tmp_path, small("pendulum")) == {"measured": ["pendulum/Validation"]}
