@@ -20,7 +20,7 @@ from symgen.topology.tree import TreeBody
 from symgen.velocity.rotation import quaternion_product, quaternion_rotation, renormalise
 
 Scalar = Any
-CORRECTIONS = 5
+CORRECTIONS = 6
 """Of Newton's method with the Jacobian at the beginning of the step; each takes two powers of dt off the error."""
 QUARTER = Fraction(1, 4)
 

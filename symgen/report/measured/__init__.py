@@ -8,17 +8,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from symgen.report.measured import motion, record, speed
+from symgen.report.measured import motion, precision, record, speed
 
 Values = Callable[[Mapping[str, Any]], dict[str, object]]
 TITLES: dict[str, str] = {
     "motion": "Motion",
+    "precision": "Work and precision",
     "speed": "Speed against error",
     "record": "How it was measured",
 }
 """Section → its title, in reading order."""
 VALUES: dict[str, Values] = {
     "motion": motion.values,
+    "precision": precision.values,
     "speed": speed.values,
     "record": record.values,
 }

@@ -1,0 +1,74 @@
+"""How energy fares over a long run of every generated step, in C."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from symgen.simulate.model import Array, Model
+
+BINS = 60
+"""Times, evenly spaced on a logarithmic axis, at which the largest error so far is kept."""
+FALLEN = 1e3
+"""A kinetic energy that grew by more than this is that of something that falls, which says nothing."""
+ROUNDING = 1e-12
+"""Relative changes of the energy below this are not looked at."""
+GROWTH = 2.0
+"""An error whose largest values in the last tenth are less than this times those of the first is called bounded."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """One method: ``largest`` relative change of the energy up to each of ``times`` (s). ``first``, ``last``: the
+    largest in the first and in the last tenth of the run; ``failed``: where it ended, if it did."""
+
+    method: str
+    times: tuple[float, ...]
+    largest: tuple[float, ...]
+    first: float
+    last: float
+    cpu_seconds: float
+    failed: str = ""
+
+    @property
+    def bounded(self) -> bool:
+        return not self.failed and self.last < max(GROWTH * self.first, ROUNDING)
+
+
+def long_run(model: Model, method: str, y: Array, dt: float, steps: int) -> Line:
+    """``steps`` steps of ``dt`` from y = (q, v) without joint forces."""
+    state, nq = y.copy(), model.nq
+    every = max(1, steps // 100_000)
+    steps -= steps % every
+    began = time.process_time()
+    kept = model.step(method, steps, every, np.zeros(model.nv), dt, state)
+    spent = time.process_time() - began
+    rows = np.vstack([y, kept])
+    with np.errstate(all="ignore"):
+        for place in model.quaternions:
+            rows[:, place : place + 4] /= np.linalg.norm(rows[:, place : place + 4], axis=1, keepdims=True)
+        kinetic, potential = model.energies(np.ascontiguousarray(rows[:, :nq]), np.ascontiguousarray(rows[:, nq:]))
+        energy = kinetic + potential
+        good = np.isfinite(energy)
+        count = len(energy) if good.all() else int(np.argmin(good))
+        scale = max(abs(float(energy[0])), float(np.median(kinetic[:count])), 1e-300)
+        errors = np.abs(energy[1:count] - energy[0]) / scale
+    times = dt * every * np.arange(1, len(errors) + 1)
+    failed = "" if count == len(energy) else f"left the numbers at t = {dt * every * count:.3g} s"
+    if len(errors) < 10:
+        return Line(method, (), (), np.inf, np.inf, spent, failed or "too few steps")
+    if not failed and np.max(np.abs(potential[:count] - potential[0])) > FALLEN * max(kinetic[0], abs(energy[0])):
+        failed = "falls without end"
+    tenth = max(1, len(errors) // 10)
+    return Line(
+        method, *_envelope(times, errors), float(errors[:tenth].max()), float(errors[-tenth:].max()), spent, failed
+    )
+
+
+def _envelope(times: Array, errors: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """The largest error so far, at times evenly spaced on a logarithmic axis."""
+    so_far = np.maximum.accumulate(errors)
+    places = np.unique(np.round(np.geomspace(1, len(times), BINS)).astype(int)) - 1
+    return tuple(float(times[k]) for k in places), tuple(float(so_far[k]) for k in places)
