@@ -19,7 +19,7 @@ from symgen.site import tasks
 from symgen.site.folders import CODE, check_site, folder_name, opened
 from symgen.site.join import join
 from symgen.site.measures import DEFAULT, MEASURES, Say, measure
-from symgen.site.pages import Card, card_path, make_pages, read_cards, write_card
+from symgen.site.pages import Card, can_be_shown, card_path, make_pages, read_cards, write_card
 from symgen.site.result import Line, SiteResult
 from symgen.site.store import (
     Key,
@@ -194,7 +194,8 @@ class _Run:
         stored = read_record(path)
         empty = Record(id, key, effort, dict(row.settings(effort)))
         name = scene.name if scene else ""
-        if stored is not None and not self.settings.fresh and stored.serves(key, effort, empty.settings):
+        serves = stored is not None and stored.serves(key, effort, empty.settings) and can_be_shown(stored)
+        if serves and not self.settings.fresh:
             self.lines.append(Line(name, row.title, "stored"))
             return []
         keep = stored is not None and stored.measured and stored.key == key

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import importlib
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -50,18 +50,36 @@ class Card:
         return IndexEntry(self.name, report, self.summary, self.verdict, self.passed, Markup(self.drawing))
 
 
-def records(out: Path, folder: str, scene: Scene, kind: bool = True) -> dict[str, Record]:
+def _stored(out: Path, folder: str, scene: Scene) -> Iterator[tuple[str, Record]]:
     """What is stored about a scene as it is now, with the C that is generated for it now."""
     key = scene_key(scene.sha256, code_digest(out / folder / CODE))
-    found = {id: read_record(record_path(out, folder, id)) for id, row in MEASURES.items() if row.of_scenes == kind}
-    return {id: record for id, record in found.items() if record is not None and record.key == key}
+    for id, row in MEASURES.items():
+        record = read_record(record_path(out, folder, id)) if row.of_scenes else None
+        if record is not None and record.key == key:
+            yield id, record
+
+
+def can_be_shown(record: Record) -> bool:
+    """Whether this symgen can lay out what is stored: another one may have written it in another form."""
+    try:
+        if record.measured and record.id == "validation":
+            read_validation(record.data)
+        elif record.measured and record.id in sections.VALUES:
+            sections.VALUES[record.id](record.data)
+    except (LookupError, TypeError, ValueError, AttributeError):
+        return False
+    return True
+
+
+def unreadable(record: Record) -> Record:
+    return replace(record, data=None, failed="what is stored cannot be read; --fresh measures again")
 
 
 def make_pages(scene: Scene, out: Path, folder: str) -> Card:
     """Write the pages of a scene, and its card. Its code lies in the site already (not that of closed loops)."""
     system = derive(scene)
     artifact = None if system.tree.cut_joints else Artifact(out / folder / CODE)
-    stored = records(out, folder, scene)
+    stored = {id: record if can_be_shown(record) else unreadable(record) for id, record in _stored(out, folder, scene)}
     data = {id: record.data for id, record in stored.items() if record.measured}
     validation = read_validation(data["validation"]) if "validation" in data else None
     shown = {id: value for id, value in data.items() if id in sections.TITLES}

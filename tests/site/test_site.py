@@ -181,3 +181,16 @@ def test_damaged_data_are_measured_again(put: Put, small: Small, tmp_path: Path)
         (tmp_path / "data/pendulum/validation.json").write_text(damage, encoding="utf-8")
         (tmp_path / "data/pendulum/card.json").write_text(damage, encoding="utf-8")
         assert build(tmp_path, small("pendulum")) == {"measured": ["pendulum/Validation"]}
+
+
+def test_data_of_another_form_do_not_stop_a_page(put: Put, small: Small, tmp_path: Path) -> None:
+    put("validation", "validation")
+    build(tmp_path, small("pendulum"))
+    stored = tmp_path / "data/pendulum/validation.json"
+    data = json.loads(stored.read_text(encoding="utf-8"))
+    del data["data"]["rows"]
+    stored.write_text(json.dumps(data), encoding="utf-8")
+    assert not build_site([small("pendulum")], tmp_path, NOTHING).passed
+    assert "--fresh measures again" in reading.text_of(html(tmp_path)["pendulum/index.html"])
+    assert build(tmp_path, small("pendulum")) == {"measured": ["pendulum/Validation"]}
+    assert "✓ two checks passed" in html(tmp_path)["index.html"]
