@@ -237,6 +237,7 @@ static void sines_cosines(const double *angles, double *sines, double *cosines, 
 
 /* Constants that no short decimal says exactly, correctly rounded. */
 static const double k1 = 5.4054054054054053; /* 200/37 */
+static const double k2 = 1.7763568394002505e-15; /* 1/562949953421312 */
 
 /*
  * natural_coordinates: x = basic points and unit vectors, ground axes
@@ -862,7 +863,7 @@ void universal_shaft_inverse_dynamics(const double q[3], const double v[3], cons
 /*
  * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (3, m or rad), v (3, m/s or rad/s), tau (3, N or N.m) to a (3, m/s^2 or rad/s^2).
- * Plan: articulated. Operations: 31 add, 48 mul, 2 div, 2 sincos.
+ * Plan: articulated. Operations: 32 add, 48 mul, 2 div, 2 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
  */
 void universal_shaft_forward_dynamics(const double q[3], const double v[3], const double tau[3], double a[3])
@@ -911,8 +912,9 @@ void universal_shaft_forward_dynamics(const double q[3], const double v[3], cons
     a[1] = t17 * (t18 + t5 * (cos_q1 * t22));
     /* acceleration: output */
     a[2] = k1 * (t12 - t14 - 0.185 * (sin_q1 * t22));
+    const double t23 = t15 - k2;
     /* no answer unless these are positive */
-    if (!(t20 > 0.0 && t15 > 0.0)) {
+    if (!(t20 > 0.0 && t23 > 0.0)) {
         for (int i = 0; i < 3; ++i) {
             a[i] = (double)NAN;
         }

@@ -114,7 +114,7 @@ void universal_shaft_inverse_dynamics(const double q[3], const double v[3], cons
 /*
  * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
  * From q (3, m or rad), v (3, m/s or rad/s), tau (3, N or N.m) to a (3, m/s^2 or rad/s^2).
- * Plan: articulated. Operations: 31 add, 48 mul, 2 div, 2 sincos.
+ * Plan: articulated. Operations: 32 add, 48 mul, 2 div, 2 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
  */
 void universal_shaft_forward_dynamics(const double q[3], const double v[3], const double tau[3], double a[3]);

@@ -38,6 +38,8 @@ LOST = 1000.0
 STATES = 32
 """Half of them anywhere, half of them close to the configuration of zeros, where links often lie in line."""
 NEAR = 1e-3
+DRAWS = 4
+"""Sets of random roundings at each state."""
 
 
 def rivals(lowered: Lowered, output: Output, best: Family) -> tuple[bool, bool]:
@@ -97,7 +99,7 @@ def estimate(lowered: Lowered, program: Program) -> float:
     if any(port.name == "p" for port in program.inputs):
         defaults = [float(x) for parameter in lowered.scene.parameters for x in parameter.default]
         states["p"] = np.tile(defaults, (STATES, 1))
-    found = np.sort(np.nan_to_num(rounding(program, states), nan=np.inf))
+    found = np.sort(np.nan_to_num(rounding(program, states, DRAWS), nan=np.inf))
     return float(np.mean(found[-STATES // 4 :]))
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from symgen.accuracy.balls import Reference
 from symgen.accuracy.measure import as_given, judge
-from symgen.accuracy.states import rounded
+from symgen.accuracy.states import picked, rounded
 from symgen.accuracy.variants import Compiled, Variant, compile_variant, plans_of
 from symgen.errors import SymgenError
 from symgen.generate import generate
@@ -85,26 +85,49 @@ class Bench:
 
     def accurate(
         self, scene: Scene, row: str, states: States, what: str = "", *, units: float = UNITS, plans: bool = False,
-        variants: Sequence[Variant] = (Variant(), Variant("float")),
+        variants: Sequence[Variant] = (Variant(), Variant("float")), refusing: str = "",
     ) -> Iterator[Finding]:  # fmt: skip
         """The chosen plan has a small error in every variant, relative to the condition of the problem. With
-        ``plans`` the others are shown."""
+        ``plans`` the others are shown. ``refusing``: a precision in which NaN is right too."""
         problem = Hard(scene, row)
         jobs = [(variant, units) for variant in variants]
         jobs += [(Variant(family=family), None) for family in problem.families] if plans else []  # type: ignore[misc]
         for variant, allowed in jobs:
             for compiled in compile_variant(problem.system, (problem.output,), variant, self.place()):
-                yield self.judged(problem, compiled, states, what or row, allowed)
+                yield self.judged(problem, compiled, states, what or row, allowed, refusing)
 
-    def judged(self, problem: Hard, compiled: Compiled, states: States, what: str, allowed: float | None) -> Finding:
+    def judged(
+        self, problem: Hard, compiled: Compiled, states: States, what: str, allowed: float | None, refusing: str = ""
+    ) -> Finding:
         given = rounded(states, compiled.variant.precision)
+        refused = np.isnan(compiled.call(given)).all(axis=1) & (compiled.variant.precision == refusing)
+        if refused.all():
+            return self.finding(what, f"{compiled.variant.name}, {compiled.plan}", 0.0, allowed, "NaN")
+        given = picked(given, np.flatnonzero(~refused))
         high, low = problem.reference.over(given)
         found = judge(compiled, problem.datum, given, high, low)
         error = float(np.max(found.errors, initial=0.0))
         note = f"error {error:.1e}, condition {found.condition:.1e}"
+        note += f"; NaN at {refused.sum()} of {len(refused)} states" if refused.any() else ""
         note += f"; {found.wrong} of {len(high)} states with a wrong kind of answer" if found.wrong else ""
         figure = np.inf if found.wrong else found.units
         return self.finding(what, f"{compiled.variant.name}, {compiled.plan}", figure, allowed, note)
+
+    def none(self, scene: Scene, row: str, states: States, what: str, precision: str = "double") -> Iterator[Finding]:
+        """Where the mass matrix is singular to the precision there is no answer: NaN, with each plan."""
+        options = replace(scene.options, precision=precision)
+        problem = Hard(with_hash(replace(scene, options=options)), row)
+        kept = [family for family in problem.families if not family.merged and family.regrouped]
+        families: list[Family | None] = [*kept] or [None]
+        for family in families:
+            for compiled in compile_variant(
+                problem.system, (problem.output,), Variant(precision, family=family), self.place()
+            ):
+                found = compiled.call(rounded(states, precision))
+                answers = int(np.sum(np.isfinite(found).any(axis=1)))
+                size = float(np.max(np.abs(found[np.isfinite(found)]), initial=0.0))
+                said = "NaN" if not answers else f"numbers up to {size:.0e}"
+                yield self.finding(what, f"{precision}, {compiled.plan}", float(answers), 0.0, said)
 
     def loaded(self, scene: Scene, *rows: str, **options: Any) -> Any:
         """Compiled functions of a scene."""

@@ -25,12 +25,10 @@ def gimbal(bench: Bench) -> Iterator[Finding]:
             wrist(), "forward_dynamics", some, f"{what}, a mass matrix of condition {angle**-2:.0e}", units=angle**-2,
             plans=True, variants=(Variant(),),
         )  # fmt: skip
-    locked = {"q": [0.3, 0.0, 0.4], "v": [0.0, 0.0, 0.0], "tau": [1.0, 0.0, 0.0]}
-    for precision in ("double", "float"):
-        a = np.asarray(bench.loaded(wrist(), "forward_dynamics", precision=precision).forward_dynamics(**locked))
-        answered = bool(np.isfinite(a).all() and np.max(np.abs(a)) < 1e6)
-        said = "NaN" if np.isnan(a).all() else f"accelerations of {np.max(np.abs(a)):.0e}"
-        yield bench.finding("locked, no inertia about the third direction", precision, float(answered), 0.0, said)
+    locked = states(q=[[0.3, 0.0, 0.4], [0.3, np.pi, 0.4], [0.3, 1e-9, 0.4]], v=[[0.0] * 3] * 3, tau=[[1.0, 0, 0]] * 3)
+    for row in ("forward_dynamics", "mass_matrix_inverse", "forward_dynamics_derivatives"):
+        for precision in ("double", "float"):
+            yield from bench.none(wrist(), row, locked, f"{row}, locked: no inertia about a direction", precision)
 
 
 def universal(bench: Bench) -> Iterator[Finding]:
@@ -139,8 +137,7 @@ def _against(bench: Bench, problem: Hard, compiled: Compiled, some: States, what
 CASES = (
     Case(
         "gimbal lock",
-        "near it the exact acceleration to the condition of the mass matrix; at it, where there is none, NaN or "
-        "numbers beyond measure",
+        "near it the exact acceleration to the condition of the mass matrix; at it, where there is none, NaN",
         gimbal,
     ),
     Case(
