@@ -108,7 +108,7 @@ class Bench:
         found = judge(compiled, problem.datum, given, high, low)
         error = float(np.max(found.errors, initial=0.0))
         note = f"error {error:.1e}, condition {found.condition:.1e}"
-        note += f"; NaN at {refused.sum()} of {len(refused)} states" if refused.any() else ""
+        note += f"; NaN at {refused.sum()} of {refused.size} states" if refused.any() else ""
         note += f"; {found.wrong} of {len(high)} states with a wrong kind of answer" if found.wrong else ""
         figure = np.inf if found.wrong else found.units
         return self.finding(what, f"{compiled.variant.name}, {compiled.plan}", figure, allowed, note)
