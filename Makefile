@@ -7,6 +7,9 @@ STAMP := .venv/stamp
 JOBS ?= 2
 SCENES ?=
 ROBOTS ?=
+WITH ?= all
+EFFORT ?= quick
+PDF ?=
 GENERATED ?= generated
 PYTEST_ARGS ?=
 # One thread per process: the work is spread over processes.
@@ -21,7 +24,11 @@ help: ## this list
 
 .PHONY: demo
 demo: $(STAMP) ## every example: generate, certify, compile, validate, report (out/demo/index.html)
-	@$(BIN)/python tools/demo.py --jobs $(JOBS) $(SCENES)
+	@$(BIN)/symgen report $(or $(SCENES),examples/*.scene.yaml) -o out/demo --jobs $(JOBS)
+
+.PHONY: site
+site: $(STAMP) ## the whole site of reports, everything measured (WITH=speed, EFFORT=full, PDF=--pdf; out/site/index.html)
+	@$(BIN)/symgen report $(or $(SCENES),examples/*.scene.yaml) -o out/site --with $(WITH) --effort $(EFFORT) $(PDF) --jobs $(JOBS)
 
 .PHONY: test
 test: $(STAMP) ## the tests (PYTEST_ARGS=--slow for all of them)
