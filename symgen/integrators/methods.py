@@ -1,5 +1,5 @@
-"""The methods: semi-implicit Euler, Runge–Kutta on coordinates and on the Lie group, the implicit midpoint rule, and the
-variational one (`symgen.integrators.variational`).
+"""The methods: semi-implicit Euler, Runge–Kutta on coordinates and on the Lie group, the implicit midpoint rule, and
+the variational one (`symgen.integrators.variational`).
 
 All take tau as constant over the step. To add a method: one function here and its row in `METHODS`.
 """

@@ -1,10 +1,10 @@
-"""The variational midpoint rule: a step that is a discrete motion of least action, so that energy stays near what it was.
+"""The variational midpoint rule: steps of a discrete motion of stationary action, so that energy stays where it was.
 
-With the discrete Lagrangian L_d = dt L(q_m, v) (Marsden & West, Acta Numerica 2001, § 1 and § 3; forces as in their
-§ 3.2), q_m half a step from either end along v. Where joints are coordinates: the implicit midpoint rule for (q, P),
-P = M(q) v. Where they are rotations, both halves of a step turn by Cayley's map of ½ dt ω (a quaternion (¼ dt ω, 1)), all
-rational, and its tangent makes the momenta at the ends from the one in the middle (compare Bou-Rabee & Marsden,
-Foundations of Computational Mathematics 2009).
+The discrete Lagrangian is dt L(q_m, v), q_m half a step from either end along v (Marsden & West, Acta Numerica 2001,
+§§ 1 and 3; forces as in § 3.2). Where joints are coordinates that is the implicit midpoint rule for (q, P), P = M(q) v.
+Where they are rotations, each half of a step turns by Cayley's map of ½ dt ω, a quaternion (¼ dt ω, 1), all rational,
+and its tangent makes the momenta at the ends from the one in the middle (compare Bou-Rabee & Marsden, Foundations of
+Computational Mathematics 2009).
 """
 
 from __future__ import annotations

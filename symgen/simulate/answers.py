@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -41,9 +42,18 @@ Problem = Callable[[], Iterator[Answer]]
 
 
 def answer(
-    motion: Motion, problem: str, quantity: str, error: float, bar: float, against: str, published: str = ""
+    motion: Motion,
+    problem: str,
+    quantity: str,
+    error: float,
+    bar: float,
+    against: str,
+    published: str = "",
+    *,
+    kept: bool = True,
 ) -> Answer:
-    drift = motion.monitors.energy_drift
+    """``kept``: whether energy should be."""
+    drift = motion.monitors.energy_drift if kept else math.nan
     return Answer(problem, quantity, motion.method, error, bar, against, drift, motion.cpu_seconds, published)
 
 

@@ -1,7 +1,8 @@
 """``python -m symgen.validation.work_precision SCENE … [-o DIR] [--full] [--json]``; `make work-precision`.
 
-CPU time against error of the generated steps and of SciPy's solvers on generated functions, beside Pinocchio and Exudyn;
-the orders of the steps; their energy over long runs. Ends with status 1 where a step has not the order that it states.
+CPU time against error of the generated steps and of SciPy's solvers on generated functions, beside Pinocchio and
+Exudyn; the orders of the steps; their energy over long runs. Ends with status 1 where a step has not the order that it
+states.
 """
 
 from __future__ import annotations
@@ -33,8 +34,12 @@ def found(name: str) -> Scene:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command."""
-    parser = argparse.ArgumentParser(prog="symgen.validation.work_precision", description=(__doc__ or "").split("\n\n")[1])
-    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="leave NAME.json, NAME.csv and NAME.html there")
+    parser = argparse.ArgumentParser(
+        prog="symgen.validation.work_precision", description=(__doc__ or "").split("\n\n")[1]
+    )
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="DIR", help="leave NAME.json, NAME.csv and NAME.html there"
+    )
     parser.add_argument("--time", default=1.0, type=float, help="seconds of motion (1)")
     parser.add_argument("--full", action="store_true", help="all settings, least of three times: minutes a scene")
     parser.add_argument("--json", action="store_true", help="print a list of objects, one a scene")

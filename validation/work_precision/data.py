@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from fractions import Fraction
+from functools import partial
 from typing import Any
 
 from symgen.errors import SymgenError
@@ -52,10 +55,8 @@ def precision_data(
     """
     say("reference")
     at = prepare(scene, seconds)
-    try:
-        at = checked(at, "Pinocchio in DOP853", lambda: pinocchio_end(at, FINEST["rtol"]))
-    except SymgenError:
-        pass  # listed under ``skipped`` below
+    with contextlib.suppress(SymgenError):  # listed under ``skipped`` below
+        at = checked(at, "Pinocchio in DOP853", partial(pinocchio_end, at, FINEST["rtol"]))
     every, lost = programs(at)
     knobs: dict[str, Sequence[float]] = {"steps": effort.steps, "rtol": effort.tolerances}
     points = list(sweep(at, every, knobs, effort.repeats, effort.longest, say))
@@ -91,7 +92,7 @@ def _energy(at: Setting, points: Sequence[Point], steps: int, say: Callable[[str
     dt = at.end / good[0]
     model, weightless = at.model, any(link.joint.type == "floating" for link in at.mechanism.links)
     if weightless:
-        still = with_hash(replace(at.scene, gravity=tuple(0 * x for x in at.scene.gravity)))
+        still = with_hash(replace(at.scene, gravity=(Fraction(0),) * 3))
         model = Model(still, at.model.steps)
     lines = []
     for method in model.steps:
@@ -102,7 +103,9 @@ def _energy(at: Setting, points: Sequence[Point], steps: int, say: Callable[[str
     sliding = [link.joint.name for link in at.mechanism.links if link.joint.type in SLIDING]
     if sliding and all(line.failed or line.last > LOST for line in lines):
         names = ", ".join(sliding)
-        return {"reason": f"Nothing holds {names}: bodies slide away and whip round, which no step of one length follows."}
+        return {
+            "reason": f"Nothing holds {names}: bodies slide away and whip round, which no step of one length follows."
+        }
     found = [{**asdict(line), "bounded": line.bounded} for line in lines]
     return {"dt": dt, "steps": steps, "weightless": weightless, "lines": [_finite(row) for row in found]}
 

@@ -16,13 +16,13 @@ FALLEN = 1e3
 ROUNDING = 1e-12
 """Relative changes of the energy below this are not looked at."""
 GROWTH = 2.0
-"""An error whose largest values in the last tenth are less than this times those of the first is called bounded."""
+"""An error that after the first tenth of a run stays below this times what it was before is called bounded."""
 
 
 @dataclass(frozen=True)
 class Line:
     """One method: ``largest`` relative change of the energy up to each of ``times`` (s). ``first``, ``last``: the
-    largest in the first and in the last tenth of the run; ``failed``: where it ended, if it did."""
+    largest in the first tenth of the run and in the rest; ``failed``: where it ended, if it did."""
 
     method: str
     times: tuple[float, ...]
@@ -54,7 +54,7 @@ def long_run(model: Model, method: str, y: Array, dt: float, steps: int) -> Line
         good = np.isfinite(energy)
         count = len(energy) if good.all() else int(np.argmin(good))
         scale = max(abs(float(energy[0])), float(np.median(kinetic[:count])), 1e-300)
-        errors = np.abs(energy[1:count] - energy[0]) / scale
+        errors: Array = np.abs(energy[1:count] - energy[0]) / scale
     times = dt * every * np.arange(1, len(errors) + 1)
     failed = "" if count == len(energy) else f"left the numbers at t = {dt * every * count:.3g} s"
     if len(errors) < 10:
@@ -63,7 +63,7 @@ def long_run(model: Model, method: str, y: Array, dt: float, steps: int) -> Line
         failed = "falls without end"
     tenth = max(1, len(errors) // 10)
     return Line(
-        method, *_envelope(times, errors), float(errors[:tenth].max()), float(errors[-tenth:].max()), spent, failed
+        method, *_envelope(times, errors), float(errors[:tenth].max()), float(errors[tenth:].max()), spent, failed
     )
 
 

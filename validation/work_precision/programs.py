@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from symgen.simulate.run import integrators, simulate
 from symgen.validation import exudyn_bodies, exudyn_tree
 from symgen.validation.exudyn_model import import_exudyn, settings
 from symgen.validation.mechanism import Array, Mechanism, position_rate
-from symgen.validation.pinocchio_model import Pinocchio, build_pinocchio
+from symgen.validation.pinocchio_model import Pinocchio, build_pinocchio, import_pinocchio
 from symgen.validation.trajectories import flat
 from symgen.validation.work_precision.setting import BALLS, Setting
 
@@ -232,16 +233,10 @@ def _adaptive(model: Any, end: float, tolerance: float) -> Outcome:
 def versions() -> dict[str, str]:
     """Of what is run beside ours, where it is installed."""
     found: dict[str, str] = {}
-    try:
-        from symgen.validation.pinocchio_model import import_pinocchio
-
+    with contextlib.suppress(SymgenError):
         found["Pinocchio"] = str(import_pinocchio().__version__)
-    except SymgenError:
-        pass
-    try:
+    with contextlib.suppress(SymgenError):
         found["Exudyn"] = str(import_exudyn().config.Version())
-    except SymgenError:
-        pass
     return found
 
 

@@ -66,9 +66,7 @@ class Setting:
 
 def keeps_energy(scene: Scene) -> bool:
     """Nothing damps (joint forces are zero throughout)."""
-    return not any(joint.damping for joint in scene.joints) and not any(
-        bool(force.damping) for force in scene.forces
-    )
+    return not any(joint.damping for joint in scene.joints) and not any(bool(force.damping) for force in scene.forces)
 
 
 def turns(mechanism: Mechanism) -> bool:

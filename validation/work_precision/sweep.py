@@ -36,8 +36,8 @@ def point(at: Setting, program: Program, value: float, repeats: int) -> Point:
     blank = Point(program.name, program.integrator, program.knob, value)
     try:
         found = [program.run(value) for _ in range(repeats)]
-    except Exception as error:  # whatever a solver says when it gives up
-        return replace(blank, failed=" ".join(str(error).split())[:100] or type(error).__name__)
+    except Exception as gone:  # whatever a solver says when it gives up
+        return replace(blank, failed=" ".join(str(gone).split())[:100] or type(gone).__name__)
     error = float(np.abs(found[0].poses - at.right).max())
     if not math.isfinite(error):
         return replace(blank, failed="left the numbers")
@@ -63,6 +63,7 @@ def sweep(
     its coarser points that failed are kept."""
     for program in every:
         say(f"{program.name}: {program.integrator}")
+        point(at, program, knobs[program.knob][0], 1)  # what is only paid once
         errors: list[float] = []
         began = time.process_time()
         for value in knobs[program.knob]:

@@ -22,9 +22,7 @@ def files(data: Mapping[str, Any]) -> dict[str, str]:
     writer = csv.DictWriter(text, [*data["points"][0]], lineterminator="\n")
     writer.writeheader()
     writer.writerows(data["points"])
-    html = page(
-        "report/precision_page.html.j2", f"{name}: work and precision", scene=name, it=precision.values(data)
-    )
+    html = page("report/precision_page.html.j2", f"{name}: work and precision", scene=name, it=precision.values(data))
     return {f"{name}.json": json.dumps(data, indent=1) + "\n", f"{name}.csv": text.getvalue(), f"{name}.html": html}
 
 
@@ -62,8 +60,9 @@ def _energies(data: Mapping[str, Any]) -> Iterator[str]:
     if "reason" in data:
         yield f"  energy over a long run: {data['reason']}"
         return
-    yield f"  energy over {data['steps']:,} steps of {data['dt']:.3g} s{', without weight' if data['weightless'] else ''}"
+    weight = ", without weight" if data["weightless"] else ""
+    yield f"  energy over {data['steps']:,} steps of {data['dt']:.3g} s{weight}"
     for line in data["lines"]:
         ends = ", ".join("–" if x is None else f"{x:.1e}" for x in (line["first"], line["last"]))
         verdict = line["failed"] or ("bounded" if line["bounded"] else "grows")
-        yield f"    {line['method']:24}first and last tenth {ends}: {verdict}"
+        yield f"    {line['method']:24}first tenth and rest {ends}: {verdict}"

@@ -30,15 +30,15 @@ class Line:
 
 @dataclass(frozen=True)
 class Frame:
-    """``backwards``: large x on the left, so that better is on the right. ``zone``: x up to which the ground is grey."""
+    """``backwards``: large x on the left, better on the right. ``zone``: x up to which the ground is grey."""
 
     title: str
     x_label: str
     y_label: str
     backwards: bool = False
     zone: float = 0.0
-    width: float = 760
-    height: float = 460
+    width: float = 1000
+    height: float = 500
 
 
 def shape(kind: int, x: float, y: float, style: str, title: str = "") -> Markup:
@@ -61,9 +61,9 @@ def shape(kind: int, x: float, y: float, style: str, title: str = "") -> Markup:
 def key(line: Line) -> Markup:
     """What stands before a line's name in a legend."""
     name = f"s{line.style % SERIES}"
-    parts = [tag("path", class_=f"curve {name}", d="M0 6H30", stroke_dasharray=DASHES[line.kind % len(DASHES)])]
-    parts += [shape(line.kind, 15.0, 6.0, name)] if line.marks else []
-    return tag("svg", *parts, class_="plot", width="30", height="12", viewBox="0 0 30 12", aria_hidden="true")
+    curve = tag("path", class_=f"curve {name}", d="M0 6H30", stroke_dasharray=DASHES[line.kind % len(DASHES)])
+    mark = [shape(line.kind, 15.0, 6.0, name)] if line.marks else []
+    return tag("svg", curve, *mark, class_="plot", width="30", height="12", viewBox="0 0 30 12", aria_hidden="true")
 
 
 def loglog(lines: Sequence[Line], frame: Frame) -> Markup:
@@ -96,8 +96,15 @@ def _ground(frame: Frame, x: Axis, y: Axis) -> list[Markup]:
     if frame.zone:
         edges = sorted((x.at(frame.zone), x.at(10.0**x.low)))
         parts.append(
-            tag("rect", x=edges[0], y=top, width=edges[1] - edges[0], height=bottom - top, fill="currentColor",
-                fill_opacity="0.09")  # fmt: skip
+            tag(
+                "rect",
+                x=edges[0],
+                y=top,
+                width=edges[1] - edges[0],
+                height=bottom - top,
+                fill="currentColor",
+                fill_opacity="0.09",
+            )
         )
     parts += [tag("path", class_="grid", d=path([(p, bottom), (p, top)])) for p, _ in x.ticks()]
     parts += [tag("path", class_="grid", d=path([(left, p), (right, p)])) for p, _ in y.ticks()]

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from markupsafe import Markup
 
 from symgen.report.measured.loglog import Frame, Line, key, loglog
+from symgen.report.plots import power
 from symgen.report.tables import Table, scientific
 
 STYLES = {
@@ -105,7 +107,8 @@ def _milliseconds(seconds: float) -> str:
 
 def _reached(points: Points) -> Table:
     """Per method the least CPU time with an error up to each of `BARS`, and the least error of all."""
-    rows, groups = [], []
+    rows: list[tuple[str, ...]] = []
+    groups: list[tuple[str, int]] = []
     for program, integrator in _methods(points):
         mine = [p for p in _of(points, program, integrator) if not p["failed"]]
         cells = []
@@ -116,7 +119,7 @@ def _reached(points: Points) -> Table:
         if program not in [name for name, _ in groups]:
             groups.append((program, len(rows)))
         rows.append((integrator, *cells, least))
-    header = ("integrator", *(f"ms to {scientific(bar)}" for bar in BARS), "least error")
+    header = ("integrator", *(f"ms to {power(round(math.log10(bar)))}" for bar in BARS), "least error")
     caption = "CPU time, ms, of the cheapest run whose error is at most …"
     return Table(caption, header, tuple(rows), frozenset({1, 2, 3, 4}), tuple(groups))
 
@@ -158,7 +161,7 @@ def _order_diagram(rows: Points) -> Markup:
         _step_line(row["method"], tuple((dt, error, f"{row['method']}: {error:.1e}") for dt, error in row["errors"]))
         for row in rows
     ]
-    return loglog(lines, Frame("Error against step", "step, s", "error of q and v", width=560, height=340))
+    return loglog(lines, Frame("Error against step", "step, s", "error of q and v", width=640, height=360))
 
 
 # --- energy ----------------------------------------------------------------------------------------------------------
@@ -166,14 +169,26 @@ def _order_diagram(rows: Points) -> Markup:
 
 def _energy(data: Mapping[str, Any]) -> dict[str, object]:
     if "reason" in data:
-        return {"energy_reason": data["reason"], "long_run": "", "long_table": None, "long_legend": [], "long_words": ""}
+        return {
+            "energy_reason": data["reason"],
+            "long_run": "",
+            "long_table": None,
+            "long_legend": [],
+            "long_words": "",
+        }
     lines = [
-        _step_line(row["method"], tuple((t, max(e, SMALLEST), "") for t, e in zip(row["times"], row["largest"])), False)
+        _step_line(
+            row["method"],
+            tuple((t, max(e, SMALLEST), "") for t, e in zip(row["times"], row["largest"], strict=True)),
+            False,
+        )
         for row in data["lines"]
     ]
     weight = ", without weight, since it would fall" if data["weightless"] else ""
     words = f"{data['steps']:,} steps of {data['dt']:.3g} s from the same start{weight}".replace(",", " ", 1)
-    frame = Frame("Largest change of energy so far", "time, s", "largest relative change of the energy so far", height=380)
+    frame = Frame(
+        "Largest change of energy so far", "time, s", "largest relative change of the energy so far", height=380
+    )
     return {
         "energy_reason": "",
         "long_run": loglog(lines, frame),
@@ -192,6 +207,6 @@ def _long_table(rows: Points) -> Table:
         style = "pass" if row["bounded"] else "fail"
         cells.append((row["method"], *numbers, Markup('<span class="{}">{}</span>').format(style, verdict),
                       f"{row['cpu_seconds']:.3g}"))  # fmt: skip
-    header = ("step", "first tenth", "last tenth", "", "CPU s")
-    caption = "Largest relative change of the energy in the first and in the last tenth of the run"
+    header = ("step", "first tenth", "the rest", "", "CPU s")
+    caption = "Largest relative change of the energy in the first tenth of the run and in the rest"
     return Table(caption, header, tuple(cells), frozenset({1, 2, 4}))
