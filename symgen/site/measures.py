@@ -34,6 +34,7 @@ class Measure:
         return self.full if effort == "full" else self.quick
 
 
+# fmt: off
 MEASURES = {
     measure.id: measure
     for measure in (
@@ -42,14 +43,21 @@ MEASURES = {
         ),
         Measure("motion", "Motion", "symgen.simulate", "motion_data"),
         Measure("rounding", "Rounding error", "symgen.accuracy", "rounding_data"),
-        Measure("precision", "Work and precision", "symgen.validation.work_precision", "precision_data", alone=True),
-        Measure("speed", "Speed against error", "symgen.bench", "speed_data", alone=True),
+        Measure(
+            "precision", "Work and precision", "symgen.site.adapters", "precision_data",
+            {"effort": "quick"}, {"effort": "full"}, alone=True,
+        ),
+        Measure(
+            "speed", "Speed against error", "symgen.bench", "speed_data",
+            {"variants": "none", "rounds": 31}, {"variants": "standard", "rounds": 101}, alone=True,
+        ),
         Measure("hard", "Hard cases", "symgen.validation.hard_cases", "hard_data", of_scenes=False),
         Measure(
             "benchmarks", "Benchmarks", "symgen.validation.benchmarks", "benchmark_data", alone=True, of_scenes=False
         ),
     )
 }
+# fmt: on
 DEFAULT = ("validation", "motion")
 
 

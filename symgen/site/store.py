@@ -46,6 +46,7 @@ class Record:
     failed: str = ""
     """It broke, or a certificate failed."""
     cpu_seconds: float = field(default=0.0, compare=False)
+    """What it took, with the compilers and programs that it started."""
 
     @property
     def measured(self) -> bool:
