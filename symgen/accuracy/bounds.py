@@ -7,7 +7,8 @@ outputs are then F(x, δ) with F(x, 0) exact, and by the mean value theorem
 
 where ∂F/∂δₖ is the adjoint of operation k times its value. Values and adjoints are enclosed by balls over the whole
 box *and* all roundings, so the bound holds to all orders. It also covers code that contracts a·b + c to one operation
-(δ = 0 for the product). Boxes are halved where the bound is largest.
+(δ = 0 for the product). Boxes are halved where the bound is largest; those that hold no quaternion of length one (to
+1e-6) are left out.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from typing import Any
 from flint import arb, ctx
 
 from symgen.accuracy.balls import ArbNumbers
-from symgen.errors import NotSupportedError
+from symgen.errors import NotSupportedError, SceneError
 from symgen.program.instructions import Instruction, Program
 from symgen.program.rounding import is_datum
 
@@ -31,7 +32,11 @@ Interval = tuple[float, float]
 BITS = 96
 TRIGONOMETRY = 2.0
 """Sine and cosine are right to so many u: one unit in the last place, as the header of the generated C states."""
+ENTIRE = 4.0
+"""So are sin √x/√x and its like, to two units in the last place; cos √x is to as many of 1, not of itself."""
 ANGLES = 16.0
+SPHERE = 1e-6
+"""Quaternions whose squared length is within twice this of 1 are covered."""
 UNITS = {"double": 2.0**-53, "float": 2.0**-24}
 
 
@@ -52,36 +57,76 @@ class Bound:
         return self.error / self.largest if self.largest else self.error
 
 
-def bound(program: Program, box: Sequence[Interval], boxes: int = 256, precision: str = "double") -> Bound:
+def bound(
+    program: Program, box: Sequence[Interval], boxes: int = 256, precision: str = "double", spheres: Sequence[int] = ()
+) -> Bound:
     """A proven bound of the rounding error of every output entry over ``box``, one interval per scalar input in the
     order of the program's ports (run-time parameters included). A box where a divisor may vanish has the bound inf.
+    ``spheres``: where four scalars in a row begin that are a unit quaternion (to 1e-6).
 
     Raises NotSupportedError for operations that no bound is stated for.
     """
     with ctx.workprec(BITS):
-        unit, weights = UNITS[precision], _weights(program, box)
-        first = [(low, high) for low, high in box]
-        error, largest = _over(program, first, unit)
+        unit, weights = UNITS[precision], _weights(program, box, spheres)
+        first, ones = [(low, high) for low, high in box], _lengths(program, spheres)
+        error, largest = _over(program, first, unit, ones)
         heap = [(-error, 0, first, largest)]
-        for number in range(1, boxes):
-            worst, _, place, _ = heap[0]
-            if worst == 0:
-                break
-            heapq.heappop(heap)
-            for k, half in enumerate(_halves(place, weights)):
-                error, largest = _over(program, half, unit)
-                heapq.heappush(heap, (-error, 2 * number + k, half, largest))
+        number = 0
+        while len(heap) < boxes and heap and heap[0][0] < 0:
+            place = heapq.heappop(heap)[2]
+            for half in _halves(place, weights):
+                if _meets(half, spheres):
+                    number += 1
+                    error, largest = _over(program, half, unit, ones)
+                    heapq.heappush(heap, (-error, number, half, largest))
+        if not heap:
+            raise SceneError("no state of this box has quaternions of unit length", program.name)
         return Bound(-heap[0][0], max(largest for _, _, _, largest in heap), len(heap))
 
 
-def _weights(program: Program, box: Sequence[Interval]) -> list[float]:
-    """How much the width of each side counts: what goes into sines and cosines bends everything else."""
-    bent = {program.instructions[step.args[0]].value for step in program.instructions if step.op in ("sin", "cos")}
-    scalars = [(port.name, k) for port in program.inputs for k in range(port.size)]
+def _meets(box: Sequence[Interval], spheres: Sequence[int]) -> bool:
+    """Whether quaternions in the box may have unit length."""
+    for start in spheres:
+        sides = box[start : start + 4]
+        least = sum(0.0 if low <= 0 <= high else min(low * low, high * high) for low, high in sides)
+        most = sum(max(low * low, high * high) for low, high in sides)
+        if least > 1 + 2 * SPHERE or most < 1 - 2 * SPHERE:
+            return False
+    return True
+
+
+def _scalars(program: Program) -> list[tuple[str, int]]:
+    """The scalar inputs, in the order of the ports."""
+    return [(port.name, k) for port in program.inputs for k in range(port.size)]
+
+
+def _weights(program: Program, box: Sequence[Interval], spheres: Sequence[int]) -> list[float]:
+    """How much the width of each side counts: what goes into sines and cosines or makes a rotation bends everything
+    else, what is not read counts nothing."""
+    scalars, steps = _scalars(program), program.instructions
+    bent = {steps[step.args[0]].value for step in steps if step.op in ("sin", "cos")}
+    bent |= {scalars[start + k] for start in spheres for k in range(4)}
+    read = {steps[i].value for step in steps for i in step.args if steps[i].op == "input"}
     return [
-        (ANGLES if scalar in bent else 1.0) / ((high - low) or 1.0)
+        (ANGLES if scalar in bent else 1.0) / ((high - low) or 1.0) if scalar in read else 0.0
         for scalar, (low, high) in zip(scalars, box, strict=True)
     ]
+
+
+def _lengths(program: Program, spheres: Sequence[int]) -> frozenset[int]:
+    """Instructions that are the squared length of a unit quaternion: sums of its four squares, whatever the order."""
+    scalars, steps = _scalars(program), program.instructions
+    units = [frozenset(scalars[start : start + 4]) for start in spheres]
+    squares: list[tuple[object, ...]] = []
+    """What a step is the sum of squares of; empty: of nothing of the kind."""
+    for op, args, _, _, _ in steps:
+        terms: tuple[object, ...] = ()
+        if op == "mul" and args[0] == args[1] and steps[args[0]].op == "input":
+            terms = (steps[args[0]].value,)
+        elif op == "add" and squares[args[0]] and squares[args[1]]:
+            terms = (*squares[args[0]], *squares[args[1]])
+        squares.append(terms)
+    return frozenset(k for k, terms in enumerate(squares) if len(terms) == 4 and frozenset(terms) in units)
 
 
 def _halves(box: list[Interval], weights: Sequence[float]) -> tuple[list[Interval], list[Interval]]:
@@ -92,9 +137,9 @@ def _halves(box: list[Interval], weights: Sequence[float]) -> tuple[list[Interva
     return [*box[:k], (low, middle), *box[k + 1 :]], [*box[:k], (middle, high), *box[k + 1 :]]
 
 
-def _over(program: Program, box: Sequence[Interval], unit: float) -> tuple[float, float]:
-    """(bound of the error, of the largest entry) over one box."""
-    values = _values(program, box, unit)
+def _over(program: Program, box: Sequence[Interval], unit: float, ones: frozenset[int]) -> tuple[float, float]:
+    """(bound of the error, of the largest entry) over one box. ``ones``: see `_lengths`."""
+    values = _values(program, box, unit, ones)
     exact = values.before
     results = [i for row in program.results for i in row]
     if not all(exact[i].is_finite() for i in results):
@@ -103,8 +148,8 @@ def _over(program: Program, box: Sequence[Interval], unit: float) -> tuple[float
     for i in dict.fromkeys(results):
         adjoint = _adjoints(program, values, i)
         terms = [
-            abs(bar).upper() * abs(exact_k).upper() * delta
-            for bar, exact_k, delta in zip(adjoint, exact, values.own, strict=True)
+            abs(bar).upper() * (abs(exact_k).upper() * delta if step.op != "cos_sqrt" else arb(delta))
+            for bar, exact_k, delta, step in zip(adjoint, exact, values.own, program.instructions, strict=True)
             if bar is not None and delta
         ]
         total = sum(terms, arb(0))
@@ -121,7 +166,7 @@ class _Values:
     own: list[float]
 
 
-def _values(program: Program, box: Sequence[Interval], unit: float) -> _Values:
+def _values(program: Program, box: Sequence[Interval], unit: float, ones: frozenset[int]) -> _Values:
     numbers, starts, start = ArbNumbers(), dict[str, int](), 0
     for port in program.inputs:
         starts[port.name] = start
@@ -131,11 +176,24 @@ def _values(program: Program, box: Sequence[Interval], unit: float) -> _Values:
     own: list[float] = []
     for step in program.instructions:
         value = _value(step, numbers, box, starts, after)
+        if len(before) in ones:
+            value = arb(1, 3 * SPHERE)  # its roundings included
         delta = _delta(step, unit)
         before.append(value)
-        after.append(value * (1 + arb(0, delta)) if delta else value)
+        after.append(_rounded(step, value, delta))
         own.append(delta)
     return _Values(before, after, own)
+
+
+def _rounded(step: Instruction, value: Ball, delta: float) -> Ball:
+    if step.op == "cos_sqrt":
+        return value + arb(0, delta)
+    return value * (1 + arb(0, delta)) if delta else value
+
+
+def _square(x: Ball) -> Ball:
+    """x² of a ball that may hold zero, tighter than x times another."""
+    return (x.abs_lower() ** 2).union(x.abs_upper() ** 2)
 
 
 def _value(
@@ -155,7 +213,7 @@ def _value(
         case "sub":
             return x - after[step.args[1]]
         case "mul":
-            return x * x if step.args[0] == step.args[1] else x * after[step.args[1]]
+            return _square(x) if step.args[0] == step.args[1] else x * after[step.args[1]]
         case "div":
             return x / after[step.args[1]]
         case "neg":
@@ -166,12 +224,20 @@ def _value(
             return x.cos()
         case "sin":
             return x.sin()
+        case "cos_sqrt":
+            return numbers.cos_sqrt(x)
+        case "sinc_sqrt":
+            return numbers.sinc_sqrt(x)
+        case "sinc3_sqrt":
+            return numbers.sinc3_sqrt(x)
     raise NotSupportedError(f"no bound is stated for {step.op}")
 
 
 def _delta(step: Instruction, unit: float) -> float:
     if step.op in ("sin", "cos"):
         return TRIGONOMETRY * unit
+    if step.op in ("cos_sqrt", "sinc_sqrt", "sinc3_sqrt"):
+        return ENTIRE * unit
     if step.op == "const":
         return unit if is_datum(step) or unit > UNITS["double"] else 0.0
     return 0.0 if step.op in ("input", "neg") else unit
@@ -185,7 +251,7 @@ def _adjoints(program: Program, values: _Values, result: int) -> list[Ball | Non
         bar, step = bars[k], program.instructions[k]
         if bar is None or not step.args:
             continue
-        felt = bar * (1 + arb(0, values.own[k])) if values.own[k] else bar
+        felt = bar if step.op == "cos_sqrt" else _rounded(step, bar, values.own[k])
         for i, slope in zip(step.args, _slopes(step, values, k), strict=True):
             part = felt * slope
             known = bars[i]
@@ -211,5 +277,11 @@ def _slopes(step: Instruction, values: _Values, k: int) -> tuple[Ball, ...]:
             return (1 / (2 * values.before[k]),)
         case "cos":
             return (-x.sin(),)
+        case "cos_sqrt":
+            return (-(-x / 4).hypgeom([], [arb(3) / 2]) / 2,)
+        case "sinc_sqrt":
+            return (-(-x / 4).hypgeom([], [arb(5) / 2]) / 6,)
+        case "sinc3_sqrt":
+            return (-(-x / 4).hypgeom([2], [3, arb(7) / 2]) / 120,)
         case _:
             return (x.cos(),)

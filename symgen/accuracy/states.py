@@ -65,6 +65,26 @@ class Box:
                 quaternion[:] = np.where(length > 0, quaternion / np.where(length > 0, length, 1), [0, 0, 0, 1])
         return q
 
+    def intervals(self) -> list[tuple[float, float]]:
+        """The box, one interval per scalar input: parameters at their defaults, entries of quaternions within ±1."""
+        low, high = (self.states(end * np.ones((1, self.size))) for end in (-1.0, 1.0))
+        found = [
+            (float(a), float(b))
+            for port in self.program.inputs
+            for a, b in zip(low[port.name][0], high[port.name][0], strict=True)
+        ]
+        for start in self.spheres():
+            found[start : start + 4] = [(-1.0, 1.0)] * 4
+        return found
+
+    def spheres(self) -> list[int]:
+        """Where unit quaternions begin among the scalar inputs."""
+        if not any(port.name == "q" for port in self.program.inputs):
+            return []
+        before = sum(port.size for port in self.program.inputs[: [p.name for p in self.program.inputs].index("q")])
+        bodies = [body for body in self.system.tree.bodies if body.coupling is None and body.nq > body.nv]
+        return [before + body.q + body.nq - 4 for body in bodies]
+
     def sample(self, count: int, seed: int = 1) -> dict[str, Array]:
         return self.states(np.random.default_rng(seed).uniform(-1, 1, (count, self.size)))
 
