@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -76,12 +77,42 @@ def _simulators(subject: Subject) -> Glance | None:
     return Glance(scientific(worst.value), "validation", "", f"{worst.quantity}, {worst.source}")
 
 
+def _one_call(subject: Subject) -> list[Mapping[str, Any]]:
+    """What was timed of forward dynamics, one state a call in double."""
+    rows = subject.data.get("speed", {}).get("rows", [])
+    return [
+        row
+        for row in rows
+        if row["function"] == "forward_dynamics" and row["precision"] == "double" and not row["batch"]
+    ]
+
+
+def _time(subject: Subject) -> Glance | None:
+    ours = [row for row in _one_call(subject) if row["peer"] == "symgen"]
+    if not ours:
+        return None
+    return Glance(f"{ours[0]['ns_median']:.3g} ns", "speed", "one call", f"forward_dynamics, {ours[0]['plan']}")
+
+
+def _peers(subject: Subject) -> Glance | None:
+    """The fastest of the others, as a multiple of our time."""
+    rows = _one_call(subject)
+    ours = [row["ns_median"] for row in rows if row["peer"] == "symgen"]
+    others = [row for row in rows if not row["own"] and not row["peer"].startswith("symgen")]
+    if not ours or not others:
+        return None
+    best = min(others, key=lambda row: row["ns_median"])
+    return Glance(f"{best['ns_median'] / ours[0]:.2g}×", "speed", "", f"forward_dynamics by {best['peer']}")
+
+
 Column = Callable[[Subject], Glance | None]
 COLUMNS: dict[str, tuple[str, Column]] = {
     "freedom": ("degrees of freedom", _freedom),
     "functions": ("functions", _functions),
     "operations": ("operations", _operations),
     "simulators": ("largest difference to a simulator", _simulators),
+    "time": ("forward dynamics, one call", _time),
+    "peers": ("fastest of the others", _peers),
 }
 """Column → its heading, and its number of a scene."""
 
@@ -91,7 +122,10 @@ def glances(
 ) -> dict[str, Glance]:
     """The numbers that there are of a scene, by column."""
     subject = Subject(system, manifest, validation, data)
-    found = {name: column(subject) for name, (_, column) in COLUMNS.items()}
+    found = {}
+    for name, (_, column) in COLUMNS.items():
+        with contextlib.suppress(LookupError, TypeError, ValueError):  # data of another form: a dash
+            found[name] = column(subject)
     return {name: glance for name, glance in found.items() if glance is not None}
 
 
