@@ -91,7 +91,7 @@ def _time(subject: Subject) -> Glance | None:
     ours = [row for row in _one_call(subject) if row["peer"] == "symgen"]
     if not ours:
         return None
-    return Glance(f"{ours[0]['ns_median']:.3g} ns", "speed", "one call", f"forward_dynamics, {ours[0]['plan']}")
+    return Glance(f"{ours[0]['ns_median']:.3g} ns", "speed", "forward dynamics", f"forward_dynamics, {ours[0]['plan']}")
 
 
 def _peers(subject: Subject) -> Glance | None:
@@ -111,7 +111,7 @@ COLUMNS: dict[str, tuple[str, Column]] = {
     "functions": ("functions", _functions),
     "operations": ("operations", _operations),
     "simulators": ("largest difference to a simulator", _simulators),
-    "time": ("forward dynamics, one call", _time),
+    "time": ("time of a call", _time),
     "peers": ("fastest of the others", _peers),
 }
 """Column → its heading, and its number of a scene."""
@@ -138,7 +138,13 @@ def glance_table(scenes: list[tuple[str, str, str, Mapping[str, Glance]]]) -> Ta
         rows.append((linked, *(_cell(address, numbers.get(column)) for column in present), verdict))
     header = ("scene", *(COLUMNS[column][0] for column in present), "verdict")
     numeric = frozenset(range(1, len(present) + 1))
-    return Table("Every scene in a row; a number leads to where it comes from", header, tuple(rows), numeric)
+    return Table(
+        "Every scene in a row, each number with a link to where it comes from; operations, time and the fastest of the "
+        "others (times ours) are of forward_dynamics, one call in double",
+        header,
+        tuple(rows),
+        numeric,
+    )
 
 
 def _cell(address: str, glance: Glance | None) -> Markup:

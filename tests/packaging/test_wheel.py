@@ -91,6 +91,9 @@ def test_installed_command_generates_in_an_empty_folder(python: Path, tmp_path: 
     succeed([symgen, "generate", scene.name, "-o", "out"], tmp_path)
     assert (tmp_path / "out/pendulum.c").exists()
     assert (tmp_path / "out/manifest.json").exists()
+    succeed([symgen, "report", scene.name, "-o", "site", "--with", "motion"], tmp_path)
+    assert (tmp_path / "site/index.html").exists() and (tmp_path / "site/pendulum/index.html").exists()
+    assert (tmp_path / "site/data/pendulum/motion.json").exists()
     succeed([str(python), "-c", "import symgen.validation"], tmp_path)
 
 
