@@ -9,11 +9,13 @@ from importlib import resources
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from symgen.report.mathml import math
+
 
 @cache
 def environment() -> Environment:
     """Templates of symgen/templates, also from inside a wheel."""
-    return Environment(
+    made = Environment(
         loader=PackageLoader("symgen", "templates"),
         undefined=StrictUndefined,
         autoescape=True,
@@ -21,6 +23,8 @@ def environment() -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
+    made.globals["math"] = math
+    return made
 
 
 def render(template: str, **values: object) -> str:

@@ -15,9 +15,11 @@ from markupsafe import Markup
 
 from symgen import show
 from symgen.errors import NotSupportedError, SceneError
+from symgen.report import derivation, motion_plots, tables, words
 from symgen.report import measured as measurements
-from symgen.report import motion_plots, tables, words
+from symgen.report.c_source import code
 from symgen.report.camera import render as render_drawing
+from symgen.report.code_page import function_views
 from symgen.report.drawing import Drawing
 from symgen.report.equations import equations
 from symgen.report.live import drawing_json
@@ -27,7 +29,6 @@ from symgen.report.plots import Bar, bar_chart
 from symgen.report.rank import constraint_rank
 from symgen.report.shell import ALONE, Place, page
 from symgen.report.sketch import body_colour
-from symgen.report.sources import excerpts
 from symgen.report.topology_graph import topology_graph
 from symgen.scene.document import clean
 from symgen.scene.joints import JOINT_TYPES
@@ -53,6 +54,8 @@ SECTIONS = (
     ("parameters", "Parameters"),
     ("provenance", "Provenance"),
 )
+CODE_LINES = 200
+"""Lines of a function on a page that stands alone."""
 MAX_MATRIX = 40
 """Bodies up to which path matrices are printed."""
 
@@ -85,6 +88,8 @@ class _Subject:
     result: ValidationResult | None
     measured: Mapping[str, Any]
     place: Place
+    code: str
+    """Address of the page of the code; empty where it stands on this page."""
 
 
 def write_report(
@@ -94,10 +99,15 @@ def write_report(
     artifact: Artifact | None = None,
     measured: Mapping[str, Any] = MappingProxyType({}),
     place: Place = ALONE,
+    *,
+    code_href: str = "",
 ) -> IndexEntry:
     """Write the page of a scene and return its line of the index.
 
     ``measured``: section (see `symgen.report.measured`) → its data.
+
+    ``code_href``: address of the page of the code (`symgen.report.code_page`), where there is one; else all functions
+    stand on this page.
 
     ``artifact``: what `symgen.generate` made of the scene; without it the functions are generated in a temporary
     folder. Scenes with closed loops get a page without functions. The bytes depend on the arguments alone.
@@ -106,7 +116,8 @@ def write_report(
     path = Path(path)
     system = derive(scene)
     drawing = draw(system)
-    subject = _Subject(system, drawing, render_drawing(drawing), _refusal(system), validation_result, measured, place)
+    picture = render_drawing(drawing)
+    subject = _Subject(system, drawing, picture, _refusal(system), validation_result, measured, place, code_href)
     if subject.refusal:
         text = _render(subject, None, None)
     elif artifact is not None:
@@ -167,7 +178,9 @@ def _render(subject: _Subject, directory: Path | None, manifest: Mapping[str, An
         "provenance": _provenance(system, result),
     }
     values |= _problem(system) | _mechanism(subject) | _topology(system) | _natural(system)
-    values |= _operations(system, refusal) | _code(directory, manifest) | _motion(subject, values["measured"])
+    values |= _equations(system, refusal, manifest, subject.code)
+    values |= _operations(system, refusal) | _motion(subject, values["measured"])
+    values |= _code(system, directory, manifest, subject.code)
     values |= motion_plots.validation_values(result, refusal, units)
     title, sections = f"{system.scene.name}: equations of motion", _sections(subject.measured)
     scripts = ("mechanism.js", *(("motion.js",) if "motion" in subject.measured else ()))
@@ -274,7 +287,7 @@ def _natural(system: System) -> dict[str, object]:
 
 def _operations(system: System, refusal: str) -> dict[str, object]:
     if refusal:
-        return {"plans": None, "plan_families": [], "plan_chart": "", "equations": []}
+        return {"plans": None, "plan_families": [], "plan_chart": ""}
     rows = show.plan_rows(system)
     groups: dict[str, list[Bar]] = {}
     for row in rows:
@@ -286,18 +299,48 @@ def _operations(system: System, refusal: str) -> dict[str, object]:
         "plans": tables.plans(rows),
         "plan_families": tables.plan_families(rows),
         "plan_chart": chart,
-        "equations": equations(system),
     }
 
 
-def _code(directory: Path | None, manifest: Mapping[str, Any] | None) -> dict[str, object]:
+def _equations(system: System, refusal: str, manifest: Mapping[str, Any] | None, code: str) -> dict[str, object]:
+    """``code``: where functions stand, ``{}`` being the name of one."""
+    if refusal:
+        return {"equations": []}
+    found, scene = list(equations(system)), system.scene
+    numbers = derivation.numbered(found)
+    own = derivation.FIRST + sum(not number.count(".") for number in numbers.values())
+    functions = {row["name"] for row in (manifest or {"functions": []})["functions"]}
+    wanted = {*(equation.row for equation in found), *functions}
+    return {
+        "equations": found,
+        "numbers": numbers,
+        "definitions": derivation.functions(system, own),
+        "symbols": derivation.letters(system),
+        "blocks": derivation.blocks(system),
+        "code_links": {name: f"{code}#f-{name}" if name in functions else "" for name in wanted},
+        "natural": system.natural,
+        "nv": system.tree.nv,
+        "planar": system.natural.plane is not None,
+        "armature": any(joint.armature for joint in scene.joints),
+        "damping": any(joint.damping for joint in scene.joints),
+        "springs": bool(scene.forces),
+        "coupled": system.tree.coupled,
+    }
+
+
+def _code(system: System, directory: Path | None, manifest: Mapping[str, Any] | None, page: str) -> dict[str, object]:
+    """``page``: address of the page of the code; without one the functions stand here, long ones cut."""
     if directory is None or not manifest:
-        return {"functions": None, "certificates": None, "methods": [], "excerpts": []}
+        empty: dict[str, object] = {"methods": [], "views": [], "code_page": "", "function_names": []}
+        return {"functions": None, "certificates": None, **empty}
+    views = [] if page else function_views(system, code(directory, manifest), manifest, "", CODE_LINES)
     return {
         "functions": tables.functions(manifest),
+        "function_names": [row["name"] for row in manifest["functions"]],
         "certificates": tables.certificates(manifest),
         "methods": [(letter, method) for method, letter in tables.methods(manifest).items()],
-        "excerpts": excerpts(directory, manifest),
+        "views": views,
+        "code_page": page,
     }
 
 

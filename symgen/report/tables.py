@@ -46,6 +46,8 @@ class Table:
     numeric: frozenset[int] = frozenset()
     groups: tuple[tuple[str, int], ...] = ()
     """(heading, first row) of groups of rows; empty when there are none."""
+    ids: tuple[str, ...] = ()
+    """Of the rows, where others link to them."""
 
 
 def scientific(value: float) -> str:
@@ -107,7 +109,8 @@ def joints(system: System) -> Table:
             q, v = (minus(show.coordinate(body, letter)) for letter in "qv")
         rows.append((str(body.index + 1), joint.name, kind, between, ", ".join(axes + pitch) or "–", place, q, v))
     header = ("no.", "joint", "type", "parent → child", "axis, joint frame", "origin in the parent, m", "q", "v")
-    return Table("Joints of the tree in coordinate order", header, tuple(rows))
+    ids = tuple(f"joint-{k + 1}" for k in range(len(rows)))
+    return Table("Joints of the tree in coordinate order", header, tuple(rows), ids=ids)
 
 
 def coordinates(system: System) -> Table:

@@ -85,7 +85,8 @@ def make_pages(scene: Scene, out: Path, folder: str) -> Card:
     shown = {id: value for id, value in data.items() if id in sections.TITLES}
     if artifact is not None:
         shown["record"] = {"rows": [_row(record, folder) for record in stored.values()]}
-    entry = write_report(out / folder / BOOK, scene, validation, artifact, shown)
+    code = CODE_PAGE if artifact is not None else ""
+    entry = write_report(out / folder / BOOK, scene, validation, artifact, shown, code_href=code)
     pages = [("Equations", BOOK)]
     if artifact is not None and _write_code_page(out / folder / CODE_PAGE, system, artifact):
         pages.append(("Code", CODE_PAGE))
