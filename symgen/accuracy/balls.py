@@ -225,6 +225,11 @@ def errors(computed: Array, high: Array, low: Array) -> Array:
 
 def relative(computed: Array, high: Array, low: Array) -> Array:
     """‖x − x̂‖∞/‖x̂‖∞ of every state (one per row); the absolute error where the exact result is zero."""
-    found = np.max(errors(computed, high, low), axis=-1, initial=0.0)
+    return relative_to(errors(computed, high, low), high)
+
+
+def relative_to(entries: Array, high: Array) -> Array:
+    """The same from the errors of all entries."""
+    found = np.max(entries, axis=-1, initial=0.0)
     scale = np.max(np.abs(np.nan_to_num(high)), axis=-1, initial=0.0)
     return np.asarray(found / np.where(scale > 0, scale, 1.0))

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from symgen.accuracy.balls import Reference, relative
+from symgen.accuracy.balls import Reference, errors, relative_to
 from symgen.accuracy.search import worst_state
 from symgen.accuracy.states import Array, Box, States, picked, rounded
 from symgen.accuracy.variants import STANDARD, Compiled, Variant, compile_variant, plans_of
@@ -44,6 +44,13 @@ class Row:
     percentile: float
     """The 99.9 percentile."""
     median: float
+    tenth: float
+    ninetieth: float
+    """The 10 and the 90 percentile."""
+    absolute: float
+    """The largest error of an entry, |x − x̂|, in the units of the function."""
+    operations: int
+    """Of the plan."""
     sought: float | None
     """The largest that a search found, if one was made."""
     condition: float
@@ -81,8 +88,9 @@ def measure(scene: Scene, settings: Settings = Settings(), say: Say = lambda wha
     problems = {output.name: Problem(system, output, settings) for output in outputs}
     found: list[Row] = []
     with tempfile.TemporaryDirectory() as scratch:
-        for number, (variant, wanted) in enumerate(jobs(system, outputs, settings)):
-            say(f"{scene.name}: {variant.name}{f' {variant.family}' if variant.family else ''}")
+        work = jobs(system, outputs, settings)
+        for number, (variant, wanted) in enumerate(work):
+            say(f"{scene.name}: {variant.name}{', other plans' if variant.family else ''}, {number + 1} of {len(work)}")
             for compiled in compile_variant(system, wanted, variant, Path(scratch, f"v{number}")):
                 found.append(problems[compiled.function].row(compiled))
     return found
@@ -126,6 +134,7 @@ class Problem:
         sought = None
         if self.settings.search and variant.family is None:
             sought = worst_state(compiled, self.reference, self.box, self.settings.search, self.settings.seed).error
+        quantiles = np.quantile(judged.errors, (0.999, 0.5, 0.1, 0.9)) if len(judged.errors) else np.zeros(4)
         return Row(
             scene=self.system.scene.name,
             function=self.output.name,
@@ -134,8 +143,12 @@ class Problem:
             chosen=compiled.plan == self.system.code(self.output.name).program.plan,
             states=len(high),
             largest=float(np.max(judged.errors, initial=0.0)),
-            percentile=float(np.quantile(judged.errors, 0.999)) if len(judged.errors) else 0.0,
-            median=float(np.median(judged.errors)) if len(judged.errors) else 0.0,
+            percentile=float(quantiles[0]),
+            median=float(quantiles[1]),
+            tenth=float(quantiles[2]),
+            ninetieth=float(quantiles[3]),
+            absolute=judged.absolute,
+            operations=compiled.operations,
             sought=sought,
             condition=judged.condition,
             backward=judged.units,
@@ -155,20 +168,24 @@ class Judged:
     """The largest error in units of u · max(1, condition)."""
     wrong: int
     """States with an answer and none given, or the other way round."""
+    absolute: float
+    """The largest |x − x̂| of an entry where there is an answer and one was given."""
 
 
 def judge(compiled: Compiled, datum: Program, states: States, high: Array, low: Array) -> Judged:
     """``high``, ``low``: the exact values (see `Reference.over`); ``datum``: what the condition is measured with (see
     `as_given`)."""
-    error = relative(compiled.call(states), high, low)
+    entries = errors(compiled.call(states), high, low)
+    error = relative_to(entries, high)
     good = np.isfinite(error) & np.isfinite(high).all(axis=1)
     wrong = int(np.sum(~np.isfinite(error)))
     if not good.any():
-        return Judged(np.zeros(0), 1.0, 0.0, wrong)
+        return Judged(np.zeros(0), 1.0, 0.0, wrong, 0.0)
     few = np.argsort(-np.where(good, error, -1.0), kind="stable")[: min(CONDITIONED, int(good.sum()))]
     kappa = condition(datum, picked(states, few)) if states else np.ones(1)
     units = error[few] / (compiled.variant.unit * np.fmax(kappa, 1.0))
-    return Judged(error[good], float(kappa[0]), float(np.max(units)), wrong)
+    absolute = float(np.max(entries[good], initial=0.0))
+    return Judged(error[good], float(kappa[0]), float(np.max(units)), wrong, absolute)
 
 
 def as_given(system: System, output: Output) -> Program:

@@ -16,6 +16,7 @@ from symgen.plans.build import build
 from symgen.plans.choose import Choice
 from symgen.plans.families import Family, families_of, output_merges
 from symgen.plans.lagging import lagging
+from symgen.program.instructions import count
 from symgen.scene.canonical import with_hash
 from symgen.scene.model import Output, Scene
 from symgen.system import System
@@ -66,6 +67,8 @@ class Compiled:
     variant: Variant
     function: str
     plan: str
+    operations: int
+    """Additions, multiplications, divisions and roots of the program."""
     call: Callable[[Mapping[str, Array]], Array]
     """Inputs (states, size) → outputs one behind the other, (states, size), as doubles."""
 
@@ -77,10 +80,13 @@ def compile_variant(system: System, outputs: tuple[Output, ...], variant: Varian
     loaded = generate(scene, folder, system=fresh).load()
     names = {output: function_name(output.name) for output in outputs}
     return [
-        Compiled(variant, output.name, fresh.code(output.name).program.plan, _call(getattr(loaded, name)))
+        Compiled(
+            variant, output.name, fresh.code(output.name).program.plan, count(fresh.program(output.name)).flops,
+            _call(getattr(loaded, name)),
+        )
         for output, name in names.items()
         if name in loaded
-    ]
+    ]  # fmt: skip
 
 
 def with_options(scene: Scene, outputs: tuple[Output, ...], variant: Variant) -> Scene:

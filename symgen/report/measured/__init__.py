@@ -8,11 +8,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from symgen.report.measured import motion, precision, record, speed
+from symgen.report.measured import motion, precision, record, rounding, speed
 
 Values = Callable[[Mapping[str, Any]], dict[str, object]]
 TITLES: dict[str, str] = {
     "motion": "Motion",
+    "rounding": "Rounding error",
     "precision": "Work and precision",
     "speed": "Speed against error",
     "record": "How it was measured",
@@ -20,6 +21,7 @@ TITLES: dict[str, str] = {
 """Section → its title, in reading order."""
 VALUES: dict[str, Values] = {
     "motion": motion.values,
+    "rounding": rounding.values,
     "precision": precision.values,
     "speed": speed.values,
     "record": record.values,
