@@ -51,7 +51,7 @@ bench: $(STAMP) ## speed and error beside the peers that are installed (`make pe
 
 .PHONY: work-precision
 work-precision: $(STAMP) ## CPU time against error of our integrators beside Exudyn's and Pinocchio's, out/work_precision (SCENES="fig2 panda")
-	@$(BIN)/python -m tools.work_precision $(SCENES)
+	@$(BIN)/python -m symgen.validation.work_precision --full -o out/work_precision $(or $(SCENES),double_pendulum spinning_top fig1 fig2 panda)
 
 .PHONY: peers
 peers: $(STAMP) ## install what `make bench` compiles beside our code, into .venv

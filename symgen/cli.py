@@ -21,7 +21,7 @@ from click.core import ParameterSource
 
 from symgen.console import emit_json, json_option, one_line, progress_bar, split_names
 from symgen.errors import SymgenError
-from symgen.simulate.options import simulation_options
+from symgen.simulate.options import named_by_flags, simulation_options
 from symgen.site.command import report
 from symgen.version import VERSION
 
@@ -280,7 +280,7 @@ def simulate(scene: str, as_json: bool, file: str | None, **settings: Any) -> No
     from symgen.simulate import simulate as run
 
     loaded = load_scene(scene)
-    with progress_bar(as_json) as progress:
+    with named_by_flags(), progress_bar(as_json) as progress:
         motion = run(loaded, progress=progress, **settings)
     if file is not None:
         motion.write(Path(file))

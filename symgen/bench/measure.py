@@ -132,7 +132,7 @@ def bench(scene: Scene, settings: Settings = Settings(), say: Say = lambda what:
     alone = without_steps(scene.outputs)
     if alone != scene.outputs:
         scene = with_hash(replace(scene, outputs=alone))
-        notes.append("steps are left out, and what they call is measured: see python -m tools.work_precision")
+        notes.append("steps are left out, and what they call is measured: see python -m symgen.validation.work_precision")
     if any(peer.physics for peer in peers):
         scene, changed = comparable(scene)
         notes += changed

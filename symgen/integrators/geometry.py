@@ -97,13 +97,18 @@ def square(x: Sequence[Scalar], n: int) -> list[list[Scalar]]:
     return [list(x[n * i : n * i + n]) for i in range(n)]
 
 
+def reciprocal(x: Scalar) -> Scalar:
+    """1/x; of a plain number exact."""
+    return 1 / (Fraction(x) if isinstance(x, int) else x)
+
+
 def factored(place: Place, matrix: list[list[Scalar]]) -> list[list[Scalar]]:
     """A = U L from the last row up, so that a tree fills nothing in: U above the diagonal (its own is one), L below, on
     the diagonal the reciprocals of L's. No pivoting: A is a mass matrix and what a short step adds to it."""
     n, pairs = len(matrix), related(place)
     a = [[x if pairs[i][j] else 0 for j, x in enumerate(row)] for i, row in enumerate(matrix)]
     for k in reversed(range(n)):
-        a[k][k] = 1 / a[k][k]
+        a[k][k] = reciprocal(a[k][k])
         for i in range(k):
             if pairs[i][k]:
                 a[i][k] = mul(a[i][k], a[k][k])

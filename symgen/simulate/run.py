@@ -72,6 +72,9 @@ def simulate(
         return _stepped(model, y, t_end, method, _forces(tau, model), dt, samples, progress)
     if dt is not None:
         raise SceneError(f"{method} chooses its steps; dt is for {', '.join(STEPS)}", "dt")
+    for name, value in (("rtol", rtol), ("atol", atol)):
+        if not (math.isfinite(value) and value > 0.0):
+            raise SceneError("a tolerance must be positive", name)
     return _solved(model, y, t_end, method, _forces(tau, model), (rtol, atol), samples, progress)
 
 

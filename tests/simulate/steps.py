@@ -19,7 +19,7 @@ from symgen.scene.outputs import STEPS
 from symgen.scene.request import request
 
 Array = NDArray[np.float64]
-ORDERS = {"semi_implicit_euler": 1, "rk4": 4, "lie": 4, "implicit_midpoint": 2}
+ORDERS = {"semi_implicit_euler": 1, "rk4": 4, "lie": 4, "implicit_midpoint": 2, "variational": 2}
 
 
 def asked(scene: Scene | str, *rows: str, **options: Any) -> Scene:

@@ -20,7 +20,7 @@ from symgen.simulate.benchmarks import free_body, pendulum_scene
 from tests.simulate.steps import ball
 
 pytest.importorskip("scipy")
-STEPS = ("rk4", "lie", "implicit_midpoint", "semi_implicit_euler")
+STEPS = ("rk4", "lie", "implicit_midpoint", "semi_implicit_euler", "variational")
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +33,7 @@ def turning() -> Model:
     return Model(ball(), ("lie",))
 
 
-TOLERANCES = {"semi_implicit_euler": 1e-2, "implicit_midpoint": 1e-5, "RK23": 1e-5, "BDF": 1e-5}
+TOLERANCES = {"semi_implicit_euler": 1e-2, "implicit_midpoint": 1e-5, "variational": 1e-5, "RK23": 1e-5, "BDF": 1e-5}
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -110,6 +110,8 @@ def test_a_step_that_does_not_divide_the_time_is_shortened(pendulum: Model) -> N
         ({"q0": [1.0, 2.0]}, "1 finite numbers"),
         ({"q0": [float("inf")]}, "1 finite numbers"),
         ({"p": [1.0]}, "has its parameters already"),
+        ({"rtol": 0.0}, "tolerance must be positive"),
+        ({"atol": float("nan")}, "tolerance must be positive"),
         ({"tau": [1.0, 2.0]}, "1 forces"),
         ({"tau": lambda t, q, v: [1.0, 2.0]}, "must return 1 forces"),
         ({"samples": [0.5, 0.2]}, "must rise"),
@@ -156,7 +158,9 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     for wrong, message in (
         (["--method", "x"], "no method"),
         (["--q", "a"], "not numbers"),
-        (["--q", "1,2"], "1 finite"),
+        (["--q", "1,2"], "--q: 1 finite"),
+        (["--time", "-1"], "--time: the time must be positive"),
+        (["--method", "lie"], "--dt: lie needs"),
     ):
         assert run([*arguments, *wrong]) == 2
         captured = capsys.readouterr()

@@ -224,6 +224,9 @@ CALL = r"spinning_top_forward_dynamics\(q3, v3, tau, a3\);"
         (r"0\.5 \* dt", "0.25 * dt"),
         (r"integrate\(q, v_next, dt, q_next\)", "integrate(q, v, dt, q_next)"),
         (r"(step_implicit_midpoint_correct\(J, f2, tau, )a2", r"\1a1"),
+        (r"(step_variational_correct\(J, )P2, P_rate2", r"\1P_rate2, P2"),
+        (r"(step_variational_solve\(M_next, )P_next", r"\1P0"),
+        (r"0\.25 \* dt", "0.5 * dt"),
     ],
 )
 def test_changed_steps_are_refused(top: System, change: tuple[str, str]) -> None:

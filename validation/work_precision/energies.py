@@ -52,10 +52,10 @@ def long_run(model: Model, method: str, y: Array, dt: float, steps: int) -> Line
         kinetic, potential = model.energies(np.ascontiguousarray(rows[:, :nq]), np.ascontiguousarray(rows[:, nq:]))
         energy = kinetic + potential
         good = np.isfinite(energy)
-        count = len(energy) if good.all() else int(np.argmin(good))
+        count = len(energy) if good.all() else max(1, int(np.argmin(good)))
         scale = max(abs(float(energy[0])), float(np.median(kinetic[:count])), 1e-300)
         errors: Array = np.abs(energy[1:count] - energy[0]) / scale
-    times = dt * every * np.arange(1, len(errors) + 1)
+    times: Array = dt * every * np.arange(1, len(errors) + 1, dtype=np.float64)
     failed = "" if count == len(energy) else f"left the numbers at t = {dt * every * count:.3g} s"
     if len(errors) < 10:
         return Line(method, (), (), np.inf, np.inf, spent, failed or "too few steps")

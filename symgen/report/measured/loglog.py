@@ -49,13 +49,14 @@ def shape(kind: int, x: float, y: float, style: str, title: str = "") -> Markup:
         return tag("circle", *inside, class_=f"mark {style}", cx=x, cy=y, r="4")
     if k == 1:
         return tag("rect", *inside, class_=f"mark {style}", x=x - 3.6, y=y - 3.6, width="7.2", height="7.2")
-    corners = {
+    outlines: dict[int, list[tuple[float, float]]] = {
         2: [(-5, 0), (0, -5), (5, 0), (0, 5)],
         3: [(-4.6, 3.6), (0, -4.8), (4.6, 3.6)],
         4: [(-4.6, -3.6), (4.6, -3.6), (0, 4.8)],
         5: [(-5, -2), (5, -2), (5, 2), (-5, 2)],
-    }[k]
-    return tag("path", *inside, class_=f"mark {style}", d=path([(x + a, y + b) for a, b in corners], close=True))
+    }
+    corners = [(x + a, y + b) for a, b in outlines[k]]
+    return tag("path", *inside, class_=f"mark {style}", d=path(corners, close=True))
 
 
 def key(line: Line) -> Markup:
