@@ -40,6 +40,8 @@ from symgen.targets.c.templates import render
 LICENCE = "0BSD"
 _SYMMETRIC = frozenset({"M", "Minv"})
 """Outputs that are symmetric matrices: each value below the diagonal is written twice, in places far apart."""
+FOUR_SINES = "sines_cosines"
+"""Sines of four are compiled without pairs of scalars, and gcc inlines only what is compiled with the same options."""
 LINES_PER_FILE = 20000
 """Sources longer than this are split between functions: gcc's memory and time grow with the length of a file."""
 
@@ -326,7 +328,7 @@ def _source(
         {
             "comment": describe(program, body),
             "prototype": prototype(program, row, precision, info.options.status),
-            "unpaired": any(port.name in _SYMMETRIC for port in program.outputs),
+            "unpaired": FOUR_SINES in body.called or any(port.name in _SYMMETRIC for port in program.outputs),
             "loops": isinstance(body, LoopBody)
             and body.text(describe(program, body), prototype(program, row, precision, info.options.status)),
             "parts": parts,
