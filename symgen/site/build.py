@@ -17,9 +17,9 @@ from symgen.scene.load import load
 from symgen.scene.model import Scene
 from symgen.site import tasks
 from symgen.site.folders import CODE, check_site, folder_name, opened
-from symgen.site.join import join
+from symgen.site.join import join, site_records
 from symgen.site.measures import DEFAULT, MEASURES, Say, measure
-from symgen.site.pages import Card, can_be_shown, card_path, make_pages, read_cards, write_card
+from symgen.site.pages import Card, can_be_shown, make_pages, read_cards, write_card
 from symgen.site.result import Line, SiteResult
 from symgen.site.store import (
     Key,
@@ -29,6 +29,7 @@ from symgen.site.store import (
     record_path,
     scene_key,
     site_key,
+    verdicts,
     write_record,
 )
 from symgen.site.tasks import Outcome, Task
@@ -141,7 +142,16 @@ class _Run:
         order = {subject.scene.name: k for k, subject in enumerate(self.subjects)}
         ids = [row.title for row in MEASURES.values()]
         lines = sorted(self.lines, key=lambda line: (order.get(line.scene, len(order)), ids.index(line.what)))
-        return SiteResult(self.out / "index.html", scenes, tuple(lines), pdfs, tuple(site_failures(self.out)))
+        return SiteResult(self.out / "index.html", scenes, tuple(lines), pdfs, tuple(self._failures()))
+
+    def _failures(self) -> list[str]:
+        """What failed among the measurements of this run that are about symgen as a whole."""
+        found = []
+        for id, record in site_records(self.out).items():
+            checks, failed = verdicts(record.data)
+            if id in self.settings.measures and failed:
+                found.append(f"{MEASURES[id].title.lower()}: {failed} of {checks} checks failed")
+        return found
 
     def _counted(self, new: Sequence[Task]) -> Sequence[Task]:
         self.total += len(new)
@@ -261,15 +271,3 @@ def _unmade(subject: Subject, outcome: Outcome) -> Card:
     """The card of a scene that got no page in this run."""
     reason = outcome.refused or outcome.failed
     return Card(subject.scene.name, subject.folder, "It could not be made.", f"✗ {reason}", False, "", ())
-
-
-def site_failures(out: Path) -> list[str]:
-    """What failed among the measurements that are about symgen as a whole."""
-    from symgen.site.join import site_records
-
-    return [
-        f"{MEASURES[id].title.lower()}: {record.failed}" for id, record in site_records(out).items() if record.failed
-    ]
-
-
-__all__ = ["Settings", "SiteResult", "Subject", "build_site", "card_path", "read_all"]

@@ -7,13 +7,13 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from symgen.report.index import in_order, write_index
+from symgen.report.index import Whole, in_order, write_index
 from symgen.report.page import write_text
 from symgen.report.shell import Link, Place, relink
 from symgen.site.glance import glance_table
 from symgen.site.measures import MEASURES
 from symgen.site.pages import Card, read_cards
-from symgen.site.store import Record, read_record, record_path, site_key
+from symgen.site.store import Record, read_record, record_path, site_key, verdicts
 
 INDEX = "Scenes"
 _Page = Callable[[Any, Place], str]
@@ -35,7 +35,7 @@ def join(out: Path) -> None:
     for file in {file for _, file, _, _ in _kinds()} - {file for _, file, _, _ in wholes}:
         (out / file).unlink(missing_ok=True)
     place = _place(wholes, INDEX) if titles or cards else Place()
-    _write_index(out, cards, place)
+    _write_index(out, cards, place, _summaries(wholes))
     ordered = [card for card in _ordered(out, cards) if card.pages]
     for at, card in enumerate(ordered):
         _relink(out, card, _scene_place(wholes, ordered, at))
@@ -111,11 +111,25 @@ def _relink(out: Path, card: Card, place: Place) -> None:
             write_text(path, new)
 
 
-def _write_index(out: Path, cards: list[Card], place: Place) -> None:
+def _summaries(wholes: list[_Whole]) -> list[Whole]:
+    """What the index says of the pages that are about symgen as a whole."""
+    found = []
+    for title, file, _, data in wholes:
+        checks, failed = verdicts(data)
+        if not checks:
+            found.append(Whole(title, file, f"{len(data)} scenes" if len(data) > 1 else "one scene", None))
+        elif failed:
+            found.append(Whole(title, file, f"✗ {failed} of {checks} checks failed", False))
+        else:
+            found.append(Whole(title, file, f"✓ {checks} checks passed", True))
+    return found
+
+
+def _write_index(out: Path, cards: list[Card], place: Place, wholes: list[Whole]) -> None:
     entries = [card.entry(out) for card in cards]
     rows = []
     for card in _ordered(out, cards):
         address = f"{card.folder}/{card.pages[0][1]}" if card.pages else ""
         rows.append((card.name, address, card.verdict, card.glance or {}))
     facts = {card.name: card.facts for card in cards}
-    write_index(out, entries, facts, glance_table(rows) if rows else None, place)
+    write_index(out, entries, facts, glance_table(rows) if rows else None, place, wholes)

@@ -30,7 +30,8 @@ class SiteResult:
 
     @property
     def passed(self) -> bool:
-        return not self.failures and all(passed is not False for _, _, passed in self.scenes)
+        broke = any(line.state == "failed" and not line.scene for line in self.lines)
+        return not self.failures and not broke and all(passed is not False for _, _, passed in self.scenes)
 
     def to_json(self) -> dict[str, object]:
         return {

@@ -84,6 +84,16 @@ def _own_source() -> str:
     return digest.hexdigest()
 
 
+def verdicts(data: Any) -> tuple[int, int]:
+    """How many checks there are in data, as objects with a key ``passed`` (the innermost ones), and how many failed."""
+    parts = list(data.values()) if isinstance(data, dict) else data if isinstance(data, list) else []
+    inner = [verdicts(part) for part in parts]
+    checks, failed = sum(c for c, _ in inner), sum(f for _, f in inner)
+    if not checks and isinstance(data, dict) and isinstance(data.get("passed"), bool):
+        return 1, int(not data["passed"])
+    return checks, failed
+
+
 def code_digest(folder: Path) -> str:
     """SHA-256 of the generated C in a folder (names and bytes)."""
     digest = hashlib.sha256()

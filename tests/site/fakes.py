@@ -10,7 +10,9 @@ from typing import Any
 import pytest
 
 from symgen.errors import CertificateError, NotSupportedError, ToolError
+from symgen.report.shell import Place, page
 from symgen.scene.model import Scene
+from symgen.site import join
 from symgen.site.measures import MEASURES, Measure, Say
 from tests.report import pages
 
@@ -41,7 +43,7 @@ def without_package(scene: Scene, say: Say) -> dict[str, Any]:
     return {}
 
 
-def breaking(scene: Scene, say: Say) -> dict[str, Any]:
+def breaking(*_given: object) -> dict[str, Any]:
     raise ZeroDivisionError("a bug")
 
 
@@ -62,6 +64,19 @@ def sleeping(scene: Scene, say: Say) -> dict[str, Any]:
     return {}
 
 
+def hard(say: Say) -> dict[str, Any]:
+    say("hard")
+    return {"cases": [{"passed": True, "findings": [{"passed": True}, {"passed": True}]}, {"passed": True}]}
+
+
+def harder(say: Say) -> dict[str, Any]:
+    return {"cases": [{"passed": False, "findings": [{"passed": True}, {"passed": False}]}]}
+
+
+def hard_page(data: dict[str, Any], place: Place) -> str:
+    return page("report/base.html.j2", f"{len(data['cases'])} hard cases", (), place)
+
+
 @dataclass(frozen=True)
 class Put:
     """Puts a function of this module in the place of a measurement."""
@@ -71,3 +86,5 @@ class Put:
     def __call__(self, id: str, function: str, **changes: Any) -> None:
         row = Measure(id, MEASURES[id].title, HERE, function, **changes)
         self.patch.setitem(MEASURES, id, row)
+        kinds = [("Hard cases", "hard.html", HERE, "hard_page")]
+        self.patch.setattr(join, "_kinds", lambda: kinds)

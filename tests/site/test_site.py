@@ -194,3 +194,23 @@ def test_data_of_another_form_do_not_stop_a_page(put: Put, small: Small, tmp_pat
     assert "--fresh measures again" in reading.text_of(html(tmp_path)["pendulum/index.html"])
     assert build(tmp_path, small("pendulum")) == {"measured": ["pendulum/Validation"]}
     assert "✓ two checks passed" in html(tmp_path)["index.html"]
+
+
+def test_pages_about_no_one_scene(put: Put, small: Small, tmp_path: Path) -> None:
+    put("validation", "validation")
+    put("hard", "hard", of_scenes=False)
+    wanted = Settings(("validation", "hard"), jobs=2)
+    assert build(tmp_path, small("one"), settings=wanted) == {"measured": ["one/Validation", "/Hard cases"]}
+    texts = html(tmp_path)
+    assert "Hard cases ✓ 3 checks passed" in reading.text_of(texts["index.html"])
+    for name in ("index.html", "hard.html", "one/index.html"):
+        assert "hard.html" in texts[name] and reading.broken_links(tmp_path) == []
+    assert build(tmp_path, small("one"), settings=wanted) == {"stored": ["one/Validation", "/Hard cases"]}
+    put("hard", "harder", of_scenes=False)
+    again = build_site([small("one")], tmp_path, Settings(("hard",), fresh=True))
+    assert not again.passed and again.failures == ("hard cases: 1 of 2 checks failed",)
+    assert "Checks failed in Hard cases" in reading.text_of(html(tmp_path)["index.html"])
+    put("hard", "breaking", of_scenes=False)
+    (tmp_path / "data/hard.json").unlink()
+    assert not build_site([small("one")], tmp_path, Settings(("hard",))).passed
+    assert "hard.html" not in html(tmp_path) and "hard.html" not in html(tmp_path)["one/index.html"]
