@@ -10,8 +10,9 @@
 #include <math.h>
 #include <stdint.h>
 
-/* For gcc: registers are renamed, which saves moves around fused operations. Where a symmetric matrix is
- * written, scalars are not paired into vectors: gathering the pairs costs more than they save. */
+/* For gcc: registers are renamed, which saves moves around fused operations. Where sines are taken four at a
+ * time, or a symmetric matrix is written, scalars are not paired into vectors: gathering the pairs costs more
+ * than they save, and gcc inlines only what is compiled with the same options. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("rename-registers")
 #define SYMGEN_PRAGMA(text) _Pragma(#text)
@@ -254,6 +255,7 @@ static void sines_cosines(const double *angles, double *sines, double *cosines, 
  * From q (2, m or rad) to x (4, m or 1).
  * Plan: literal. Operations: 7 add, 6 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void double_pendulum_natural_coordinates(const double q[2], double x[4])
 {
     const double angles[4] = {q[0], q[1], 0.0, 0.0};
@@ -268,6 +270,7 @@ void double_pendulum_natural_coordinates(const double q[2], double x[4])
     x[2] = 0.25 * (cos_q0 * cos_q1 - sin_q0 * sin_q1) - sin_q0;
     x[3] = -(cos_q0 + 0.25 * (cos_q0 * sin_q1 + sin_q0 * cos_q1));
 }
+SYMGEN_PAIRED
 
 /*
  * natural_mass_matrix: Mn = constant mass matrix of the natural coordinates
@@ -286,6 +289,7 @@ void double_pendulum_natural_mass_matrix(double Mn[16])
  * From q (2, m or rad) to Psi (2, SI).
  * Plan: literal. Operations: 12 add, 14 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void double_pendulum_constraints(const double q[2], double Psi[2])
 {
     const double angles[4] = {q[0], q[1], 0.0, 0.0};
@@ -303,12 +307,14 @@ void double_pendulum_constraints(const double q[2], double Psi[2])
     const double t5 = t4 + (t3 + t1 * (2.0 * sin_q0)) - t2 * (2.0 * cos_q0) + t1 * t1;
     Psi[1] = t5 + t2 * t2 - 0.0625;
 }
+SYMGEN_PAIRED
 
 /*
  * constraint_jacobian: Psi_q = Jacobian of Psi with respect to x
  * From q (2, m or rad) to Psi_q (2 x 4, SI).
  * Plan: literal. Operations: 13 add, 10 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void double_pendulum_constraint_jacobian(const double q[2], double Psi_q[8])
 {
     const double angles[4] = {q[0], q[1], 0.0, 0.0};
@@ -332,12 +338,14 @@ void double_pendulum_constraint_jacobian(const double q[2], double Psi_q[8])
     Psi_q[2] = 0.0;
     Psi_q[3] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * velocity_transformation: R = R, with dx/dt = R v
  * From q (2, m or rad) to R (4 x 2, SI).
  * Plan: literal. Operations: 8 add, 6 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void double_pendulum_velocity_transformation(const double q[2], double R[8])
 {
     const double angles[4] = {q[0], q[1], 0.0, 0.0};
@@ -359,12 +367,14 @@ void double_pendulum_velocity_transformation(const double q[2], double R[8])
     R[1] = 0.0;
     R[3] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * velocity_transformation_rate: Rdot = dR/dt
  * From q (2, m or rad), v (2, m/s or rad/s) to Rdot (4 x 2, SI).
  * Plan: literal. Operations: 9 add, 10 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void double_pendulum_velocity_transformation_rate(const double q[2], const double v[2], double Rdot[8])
 {
     const double angles[4] = {q[0], q[1], 0.0, 0.0};
@@ -389,6 +399,7 @@ void double_pendulum_velocity_transformation_rate(const double q[2], const doubl
     Rdot[1] = 0.0;
     Rdot[3] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * natural_bias_acceleration: xddot_bias = (dR/dt) v, natural accelerations at zero joint
@@ -396,6 +407,7 @@ void double_pendulum_velocity_transformation_rate(const double q[2], const doubl
  * From q (2, m or rad), v (2, m/s or rad/s) to xddot_bias (4, SI).
  * Plan: literal. Operations: 7 add, 14 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void double_pendulum_natural_bias_acceleration(const double q[2], const double v[2], double xddot_bias[4])
 {
     const double angles[4] = {q[0], q[1], 0.0, 0.0};
@@ -414,6 +426,7 @@ void double_pendulum_natural_bias_acceleration(const double q[2], const double v
     xddot_bias[2] = t2 - t1 * (t1 * (0.25 * (cos_q0 * cos_q1 - sin_q0 * sin_q1)));
     xddot_bias[3] = t3 - t1 * (t1 * t4);
 }
+SYMGEN_PAIRED
 
 /*
  * mass_matrix: M = R^T Mn R, full symmetric
@@ -459,6 +472,7 @@ void double_pendulum_coriolis_matrix(const double q[2], const double v[2], doubl
  * From q (2, m or rad) to g (2, N or N.m).
  * Plan: composite, parallel axes merged. Operations: 2 add, 4 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void double_pendulum_gravity_force(const double q[2], double g[2])
 {
     const double angles[4] = {q[0], q[0] + q[1], 0.0, 0.0};
@@ -471,6 +485,7 @@ void double_pendulum_gravity_force(const double q[2], double g[2])
     /* gravity: lower */
     g[1] = 2.943 * sin_1;
 }
+SYMGEN_PAIRED
 
 /*
  * passive_force: passive = springs, dampers and joint damping, left-hand side
@@ -490,6 +505,7 @@ void double_pendulum_passive_force(const double q[2], const double v[2], double 
  * From q (2, m or rad), v (2, m/s or rad/s) to h (2, N or N.m).
  * Plan: recursive. Operations: 5 add, 10 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void double_pendulum_bias_force(const double q[2], const double v[2], double h[2])
 {
     const double angles[4] = {q[0], q[1], 0.0, 0.0};
@@ -507,12 +523,14 @@ void double_pendulum_bias_force(const double q[2], const double v[2], double h[2
     h[1] = n_lower_z;
     h[0] = n_lower_z - (sin_q1 * (0.3 * (w_lower_z * w_lower_z)) - 13.2435 * sin_q0);
 }
+SYMGEN_PAIRED
 
 /*
  * inverse_dynamics: tau = mass_matrix a + bias_force
  * From q (2, m or rad), v (2, m/s or rad/s), a (2, m/s^2 or rad/s^2) to tau (2, N or N.m).
  * Plan: recursive. Operations: 10 add, 14 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void double_pendulum_inverse_dynamics(const double q[2], const double v[2], const double a[2], double tau[2])
 {
     const double angles[4] = {q[0], q[1], 0.0, 0.0};
@@ -534,6 +552,7 @@ void double_pendulum_inverse_dynamics(const double q[2], const double v[2], cons
     /* force: upper */
     tau[0] = n_lower_z - (t3 - cos_q1 * (0.3 * dw_lower_z) - 1.35 * t1) - 0.2 * a[0];
 }
+SYMGEN_PAIRED
 
 /*
  * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
@@ -541,6 +560,7 @@ void double_pendulum_inverse_dynamics(const double q[2], const double v[2], cons
  * Plan: factored. Operations: 12 add, 18 mul, 1 div, 2 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
  */
+SYMGEN_UNPAIRED
 void double_pendulum_forward_dynamics(const double q[2], const double v[2], const double tau[2], double a[2])
 {
     const double angles[4] = {q[0], q[1], 0.0, 0.0};
@@ -573,6 +593,7 @@ void double_pendulum_forward_dynamics(const double q[2], const double v[2], cons
         }
     }
 }
+SYMGEN_PAIRED
 
 /*
  * kinetic_energy: T = kinetic energy
@@ -594,6 +615,7 @@ void double_pendulum_kinetic_energy(const double q[2], const double v[2], double
  * From q (2, m or rad) to V (scalar, J).
  * Plan: composite. Operations: 2 add, 5 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void double_pendulum_potential_energy(const double q[2], double V[1])
 {
     const double angles[4] = {q[0], q[1], 0.0, 0.0};
@@ -605,6 +627,7 @@ void double_pendulum_potential_energy(const double q[2], double V[1])
     const double cos_q1 = cosines[1];
     V[0] = 9.81 * (sin_q0 * (0.3 * sin_q1) - cos_q0 * (1.35 + 0.3 * cos_q1));
 }
+SYMGEN_PAIRED
 
 /*
  * integrate: q_next = q after moving with v for dt, on the manifold
@@ -622,6 +645,7 @@ void double_pendulum_integrate(const double q[2], const double v[2], double dt, 
  * From q (2, m or rad) to pose (4 x 4, m or 1).
  * Plan: literal. Operations: 7 add, 6 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void double_pendulum_frame_pose_tip(const double q[2], double pose[16])
 {
     const double angles[4] = {q[0], q[1], 0.0, 0.0};
@@ -651,3 +675,4 @@ void double_pendulum_frame_pose_tip(const double q[2], double pose[16])
     pose[14] = 0.0;
     pose[15] = 1.0;
 }
+SYMGEN_PAIRED

@@ -10,8 +10,9 @@
 #include <math.h>
 #include <stdint.h>
 
-/* For gcc: registers are renamed, which saves moves around fused operations. Where a symmetric matrix is
- * written, scalars are not paired into vectors: gathering the pairs costs more than they save. */
+/* For gcc: registers are renamed, which saves moves around fused operations. Where sines are taken four at a
+ * time, or a symmetric matrix is written, scalars are not paired into vectors: gathering the pairs costs more
+ * than they save, and gcc inlines only what is compiled with the same options. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("rename-registers")
 #define SYMGEN_PRAGMA(text) _Pragma(#text)
@@ -446,6 +447,7 @@ static const double k204 = 0.12744011793795837;
  * From q (4, m or rad) to x (27, m or 1).
  * Plan: literal. Operations: 204 add, 269 mul, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig1_natural_coordinates(const double q[4], double x[27])
 {
     const double angles[4] = {q[0], q[1], q[3], 0.0};
@@ -597,6 +599,7 @@ void fig1_natural_coordinates(const double q[4], double x[27])
     x[25] = 0.48 * t107 - 0.6 * t108 + 0.64 * t109;
     x[26] = 0.48 * t110 - 0.6 * t111 + 0.64 * t112;
 }
+SYMGEN_PAIRED
 
 /*
  * natural_mass_matrix: Mn = constant mass matrix of the natural coordinates
@@ -694,6 +697,7 @@ void fig1_natural_mass_matrix(double Mn[729])
  * From q (4, m or rad) to Psi (23, SI).
  * Plan: literal. Operations: 395 add, 527 mul, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig1_constraints(const double q[4], double Psi[23])
 {
     const double angles[4] = {q[0], q[1], q[3], 0.0};
@@ -931,12 +935,14 @@ void fig1_constraints(const double q[4], double Psi[23])
     Psi[21] = t202 + t125 * t128 + t126 * t129 - 0.16;
     Psi[22] = t127 * t127 + t128 * t128 + t129 * t129 - 1.0;
 }
+SYMGEN_PAIRED
 
 /*
  * constraint_jacobian: Psi_q = Jacobian of Psi with respect to x
  * From q (4, m or rad) to Psi_q (23 x 27, SI).
  * Plan: literal. Operations: 357 add, 407 mul, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig1_constraint_jacobian(const double q[4], double Psi_q[621])
 {
     const double angles[4] = {q[0], q[1], q[3], 0.0};
@@ -1334,12 +1340,14 @@ void fig1_constraint_jacobian(const double q[4], double Psi_q[621])
     Psi_q[558] = 0.0; Psi_q[559] = 0.0; Psi_q[560] = 0.0; Psi_q[585] = 0.0; Psi_q[586] = 0.0;
     Psi_q[587] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * velocity_transformation: R = R, with dx/dt = R v
  * From q (4, m or rad) to R (27 x 4, SI).
  * Plan: literal. Operations: 297 add, 404 mul, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig1_velocity_transformation(const double q[4], double R[108])
 {
     const double angles[4] = {q[0], q[1], q[3], 0.0};
@@ -1589,12 +1597,14 @@ void fig1_velocity_transformation(const double q[4], double R[108])
     R[74] = 0.0; R[75] = 0.0; R[78] = 0.0; R[79] = 0.0; R[82] = 0.0; R[83] = 0.0; R[98] = 0.0;
     R[102] = 0.0; R[106] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * velocity_transformation_rate: Rdot = dR/dt
  * From q (4, m or rad), v (4, m/s or rad/s) to Rdot (27 x 4, SI).
  * Plan: literal. Operations: 405 add, 542 mul, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig1_velocity_transformation_rate(const double q[4], const double v[4], double Rdot[108])
 {
     const double angles[4] = {q[0], q[1], q[3], 0.0};
@@ -1890,6 +1900,7 @@ void fig1_velocity_transformation_rate(const double q[4], const double v[4], dou
     Rdot[74] = 0.0; Rdot[75] = 0.0; Rdot[78] = 0.0; Rdot[79] = 0.0; Rdot[82] = 0.0; Rdot[83] = 0.0;
     Rdot[98] = 0.0; Rdot[102] = 0.0; Rdot[106] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * natural_bias_acceleration: xddot_bias = (dR/dt) v, natural accelerations at zero joint
@@ -1897,6 +1908,7 @@ void fig1_velocity_transformation_rate(const double q[4], const double v[4], dou
  * From q (4, m or rad), v (4, m/s or rad/s) to xddot_bias (27, SI).
  * Plan: literal. Operations: 363 add, 485 mul, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig1_natural_bias_acceleration(const double q[4], const double v[4], double xddot_bias[27])
 {
     const double angles[4] = {q[0], q[1], q[3], 0.0};
@@ -2135,6 +2147,7 @@ void fig1_natural_bias_acceleration(const double q[4], const double v[4], double
     xddot_bias[25] = t166 * t194 - t164 * t196 + (t139 * t197 - t137 * t199);
     xddot_bias[26] = t164 * t195 - t165 * t194 + (t137 * t198 - t138 * t197);
 }
+SYMGEN_PAIRED
 
 /*
  * mass_matrix: M = R^T Mn R, full symmetric
@@ -2290,6 +2303,7 @@ SYMGEN_PAIRED
  * From q (4, m or rad), v (4, m/s or rad/s) to C (4 x 4, SI).
  * Plan: composite. Operations: 510 add, 671 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void fig1_coriolis_matrix(const double q[4], const double v[4], double C[16])
 {
     const double angles[4] = {q[1], q[3], 0.0, 0.0};
@@ -2568,12 +2582,14 @@ void fig1_coriolis_matrix(const double q[4], const double v[4], double C[16])
     /* constant entries */
     C[10] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * gravity_force: g = gravity, left-hand side
  * From q (4, m or rad) to g (4, N or N.m).
  * Plan: composite. Operations: 59 add, 87 mul, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig1_gravity_force(const double q[4], double g[4])
 {
     const double angles[4] = {q[0], q[1], q[3], 0.0};
@@ -2628,6 +2644,7 @@ void fig1_gravity_force(const double q[4], double g[4])
     /* gravity: body4 */
     g[3] = k150 * (t7 * t18 + t9 * t19 - t11 * t20) - k149 * (t12 * t20 - (t8 * t18 + t10 * t19));
 }
+SYMGEN_PAIRED
 
 /*
  * passive_force: passive = springs, dampers and joint damping, left-hand side
@@ -2649,6 +2666,7 @@ void fig1_passive_force(const double q[4], const double v[4], double passive[4])
  * From q (4, m or rad), v (4, m/s or rad/s) to h (4, N or N.m).
  * Plan: recursive. Operations: 211 add, 261 mul, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig1_bias_force(const double q[4], const double v[4], double h[4])
 {
     const double angles[4] = {q[0], q[1], q[3], 0.0};
@@ -2805,12 +2823,14 @@ void fig1_bias_force(const double q[4], const double v[4], double h[4])
     /* force: body1 */
     h[0] = t94 - t95 + k92 * n_body2_z - t96 - k188 * t1;
 }
+SYMGEN_PAIRED
 
 /*
  * inverse_dynamics: tau = mass_matrix a + bias_force
  * From q (4, m or rad), v (4, m/s or rad/s), a (4, m/s^2 or rad/s^2) to tau (4, N or N.m).
  * Plan: recursive. Operations: 225 add, 271 mul, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig1_inverse_dynamics(const double q[4], const double v[4], const double a[4], double tau[4])
 {
     const double angles[4] = {q[0], q[1], q[3], 0.0};
@@ -2970,6 +2990,7 @@ void fig1_inverse_dynamics(const double q[4], const double v[4], const double a[
     /* force: body1 */
     tau[0] = t95 - t96 + k92 * n_body2_z - t97 + (k189 * a[0] - k188 * t1);
 }
+SYMGEN_PAIRED
 
 /*
  * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
@@ -2977,6 +2998,7 @@ void fig1_inverse_dynamics(const double q[4], const double v[4], const double a[
  * Plan: factored. Operations: 439 add, 543 mul, 3 div, 3 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
  */
+SYMGEN_UNPAIRED
 void fig1_forward_dynamics(const double q[4], const double v[4], const double tau[4], double a[4])
 {
     const double angles[4] = {q[0], q[1], q[3], 0.0};
@@ -3263,12 +3285,14 @@ void fig1_forward_dynamics(const double q[4], const double v[4], const double ta
         }
     }
 }
+SYMGEN_PAIRED
 
 /*
  * kinetic_energy: T = kinetic energy
  * From q (4, m or rad), v (4, m/s or rad/s) to T (scalar, J).
  * Plan: recursive. Operations: 103 add, 153 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void fig1_kinetic_energy(const double q[4], const double v[4], double T[1])
 {
     const double angles[4] = {q[1], q[3], 0.0, 0.0};
@@ -3337,12 +3361,14 @@ void fig1_kinetic_energy(const double q[4], const double v[4], double T[1])
     const double t54 = t50 + t36 * (k149 * t30 - k150 * t29) + (t53 + t37 * t52);
     T[0] = 0.5 * (v[0] * (k192 * v[0]) + t43 + t49 + t54);
 }
+SYMGEN_PAIRED
 
 /*
  * potential_energy: V = potential energy of gravity and springs, zero at the ground origin
  * From q (4, m or rad) to V (scalar, J).
  * Plan: composite. Operations: 45 add, 62 mul, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig1_potential_energy(const double q[4], double V[1])
 {
     const double angles[4] = {q[0], q[1], q[3], 0.0};
@@ -3375,6 +3401,7 @@ void fig1_potential_energy(const double q[4], double V[1])
     const double t16 = k90 * (t12 - (k132 * sin_q1 + k133 * cos_q1) * t9 + k92 * t7);
     V[0] = 9.81 * (k196 + (t15 + (k179 * cos_q0 - k178 * sin_q0) * t14 + t16));
 }
+SYMGEN_PAIRED
 
 /*
  * integrate: q_next = q after moving with v for dt, on the manifold
@@ -3394,6 +3421,7 @@ void fig1_integrate(const double q[4], const double v[4], double dt, double q_ne
  * From q (4, m or rad) to pose (4 x 4, m or 1).
  * Plan: literal. Operations: 198 add, 260 mul, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig1_frame_pose_tool(const double q[4], double pose[16])
 {
     const double angles[4] = {q[0], q[1], q[3], 0.0};
@@ -3535,3 +3563,4 @@ void fig1_frame_pose_tool(const double q[4], double pose[16])
     pose[14] = 0.0;
     pose[15] = 1.0;
 }
+SYMGEN_PAIRED

@@ -10,8 +10,9 @@
 #include <math.h>
 #include <stdint.h>
 
-/* For gcc: registers are renamed, which saves moves around fused operations. Where a symmetric matrix is
- * written, scalars are not paired into vectors: gathering the pairs costs more than they save. */
+/* For gcc: registers are renamed, which saves moves around fused operations. Where sines are taken four at a
+ * time, or a symmetric matrix is written, scalars are not paired into vectors: gathering the pairs costs more
+ * than they save, and gcc inlines only what is compiled with the same options. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("rename-registers")
 #define SYMGEN_PRAGMA(text) _Pragma(#text)
@@ -557,6 +558,7 @@ static const double k272 = 0.27509584731824377;
  * From q (11, m or rad) to x (45, m or 1).
  * Plan: literal. Operations: 264 add, 347 mul, 1 div, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig2_natural_coordinates(const double q[11], double x[45])
 {
     const double angles[4] = {q[7], q[8], q[10], 0.0};
@@ -755,6 +757,7 @@ void fig2_natural_coordinates(const double q[11], double x[45])
     x[43] = 0.28 * t135 + 0.96 * t136;
     x[44] = 0.28 * t137 + 0.96 * t138;
 }
+SYMGEN_PAIRED
 
 /*
  * natural_mass_matrix: Mn = constant mass matrix of the natural coordinates
@@ -910,6 +913,7 @@ void fig2_natural_mass_matrix(double Mn[2025])
  * From q (11, m or rad) to Psi (35, SI).
  * Plan: literal. Operations: 502 add, 656 mul, 1 div, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig2_constraints(const double q[11], double Psi[35])
 {
     const double angles[4] = {q[7], q[8], q[10], 0.0};
@@ -1206,12 +1210,14 @@ void fig2_constraints(const double q[11], double Psi[35])
     Psi[33] = 0.218 + (t249 + t169 * t172 + t170 * t173);
     Psi[34] = t171 * t171 + t172 * t172 + t173 * t173 - 1.0;
 }
+SYMGEN_PAIRED
 
 /*
  * constraint_jacobian: Psi_q = Jacobian of Psi with respect to x
  * From q (11, m or rad) to Psi_q (35 x 45, SI).
  * Plan: literal. Operations: 429 add, 500 mul, 1 div, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig2_constraint_jacobian(const double q[11], double Psi_q[1575])
 {
     const double angles[4] = {q[7], q[8], q[10], 0.0};
@@ -1741,12 +1747,14 @@ void fig2_constraint_jacobian(const double q[11], double Psi_q[1575])
     Psi_q[1476] = 0.0; Psi_q[1477] = 0.0; Psi_q[1478] = 0.0; Psi_q[1521] = 0.0; Psi_q[1522] = 0.0;
     Psi_q[1523] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * velocity_transformation: R = R, with dx/dt = R v
  * From q (11, m or rad) to R (45 x 10, SI).
  * Plan: literal. Operations: 402 add, 464 mul, 1 div, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig2_velocity_transformation(const double q[11], double R[450])
 {
     const double angles[4] = {q[7], q[8], q[10], 0.0};
@@ -2160,12 +2168,14 @@ void fig2_velocity_transformation(const double q[11], double R[450])
     R[436] = 0.0; R[437] = 0.0; R[438] = 0.0; R[440] = 0.0; R[441] = 0.0; R[442] = 0.0;
     R[445] = 0.0; R[446] = 0.0; R[447] = 0.0; R[448] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * velocity_transformation_rate: Rdot = dR/dt
  * From q (11, m or rad), v (10, m/s or rad/s) to Rdot (45 x 10, SI).
  * Plan: literal. Operations: 582 add, 668 mul, 1 div, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig2_velocity_transformation_rate(const double q[11], const double v[10], double Rdot[450])
 {
     const double angles[4] = {q[7], q[8], q[10], 0.0};
@@ -2673,6 +2683,7 @@ void fig2_velocity_transformation_rate(const double q[11], const double v[10], d
     Rdot[437] = 0.0; Rdot[438] = 0.0; Rdot[440] = 0.0; Rdot[441] = 0.0; Rdot[442] = 0.0;
     Rdot[445] = 0.0; Rdot[446] = 0.0; Rdot[447] = 0.0; Rdot[448] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * natural_bias_acceleration: xddot_bias = (dR/dt) v, natural accelerations at zero joint
@@ -2680,6 +2691,7 @@ void fig2_velocity_transformation_rate(const double q[11], const double v[10], d
  * From q (11, m or rad), v (10, m/s or rad/s) to xddot_bias (45, SI).
  * Plan: literal. Operations: 483 add, 650 mul, 1 div, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig2_natural_bias_acceleration(const double q[11], const double v[10], double xddot_bias[45])
 {
     const double angles[4] = {q[7], q[8], q[10], 0.0};
@@ -3005,6 +3017,7 @@ void fig2_natural_bias_acceleration(const double q[11], const double v[10], doub
     xddot_bias[1] = 0.0;
     xddot_bias[2] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * mass_matrix: M = R^T Mn R, full symmetric
@@ -3354,6 +3367,7 @@ SYMGEN_PAIRED
  * From q (11, m or rad), v (10, m/s or rad/s) to C (10 x 10, SI).
  * Plan: composite. Operations: 874 add, 1134 mul, 1 div, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig2_coriolis_matrix(const double q[11], const double v[10], double C[100])
 {
     const double angles[4] = {q[7], q[8], q[10], 0.0};
@@ -3837,12 +3851,14 @@ void fig2_coriolis_matrix(const double q[11], const double v[10], double C[100])
     C[82] = 0.0; C[88] = 0.0; C[89] = 0.0; C[90] = 0.0; C[91] = 0.0; C[92] = 0.0; C[96] = 0.0;
     C[97] = 0.0; C[98] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * gravity_force: g = gravity, left-hand side
  * From q (11, m or rad) to g (10, N or N.m).
  * Plan: composite. Operations: 101 add, 146 mul, 1 div, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig2_gravity_force(const double q[11], double g[10])
 {
     const double angles[4] = {q[7], q[8], q[10], 0.0};
@@ -3945,6 +3961,7 @@ void fig2_gravity_force(const double q[11], double g[10])
     const double t68 = 0.119 * (t35 * t41 + t37 * t42 + t39 * t43);
     g[9] = t68 - 0.182 * (t36 * t41 - t38 * t42 + t40 * t43);
 }
+SYMGEN_PAIRED
 
 /*
  * passive_force: passive = springs, dampers and joint damping, left-hand side
@@ -3963,6 +3980,7 @@ void fig2_passive_force(const double q[11], const double v[10], double passive[1
  * From q (11, m or rad), v (10, m/s or rad/s) to h (10, N or N.m).
  * Plan: recursive. Operations: 364 add, 442 mul, 1 div, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig2_bias_force(const double q[11], const double v[10], double h[10])
 {
     const double angles[4] = {q[7], q[8], q[10], 0.0};
@@ -4209,12 +4227,14 @@ void fig2_bias_force(const double q[11], const double v[10], double h[10])
     h[4] = t17 * n_body1_x + t18 * n_body1_y + t19 * n_body1_z;
     h[5] = t20 * n_body1_x + t21 * n_body1_y + t22 * n_body1_z;
 }
+SYMGEN_PAIRED
 
 /*
  * inverse_dynamics: tau = mass_matrix a + bias_force
  * From q (11, m or rad), v (10, m/s or rad/s), a (10, m/s^2 or rad/s^2) to tau (10, N or N.m).
  * Plan: recursive. Operations: 417 add, 486 mul, 1 div, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig2_inverse_dynamics(const double q[11], const double v[10], const double a[10], double tau[10])
 {
     const double angles[4] = {q[7], q[8], q[10], 0.0};
@@ -4484,6 +4504,7 @@ void fig2_inverse_dynamics(const double q[11], const double v[10], const double 
     tau[4] = t17 * n_body1_x + t18 * n_body1_y + t19 * n_body1_z;
     tau[5] = t20 * n_body1_x + t21 * n_body1_y + t22 * n_body1_z;
 }
+SYMGEN_PAIRED
 
 /*
  * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
@@ -4491,6 +4512,7 @@ void fig2_inverse_dynamics(const double q[11], const double v[10], const double 
  * Plan: factored. Operations: 976 add, 1189 mul, 9 div, 3 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
  */
+SYMGEN_UNPAIRED
 void fig2_forward_dynamics(const double q[11], const double v[10], const double tau[10], double a[10])
 {
     const double angles[4] = {q[7], q[8], q[10], 0.0};
@@ -5058,12 +5080,14 @@ void fig2_forward_dynamics(const double q[11], const double v[10], const double 
         }
     }
 }
+SYMGEN_PAIRED
 
 /*
  * kinetic_energy: T = kinetic energy
  * From q (11, m or rad), v (10, m/s or rad/s) to T (scalar, J).
  * Plan: recursive. Operations: 209 add, 286 mul, 1 div, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig2_kinetic_energy(const double q[11], const double v[10], double T[1])
 {
     const double angles[4] = {q[7], q[8], q[10], 0.0};
@@ -5195,12 +5219,14 @@ void fig2_kinetic_energy(const double q[11], const double v[10], double T[1])
     const double t113 = t101 + t102 + (t107 + (t106 - t70 * (k210 * t74 + k220 * t75)));
     T[0] = 0.5 * (t113 + (t112 + (t110 + t111 + t85 * (t108 + k206 * t85))));
 }
+SYMGEN_PAIRED
 
 /*
  * potential_energy: V = potential energy of gravity and springs, zero at the ground origin
  * From q (11, m or rad) to V (scalar, J).
  * Plan: composite. Operations: 60 add, 83 mul, 1 div, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void fig2_potential_energy(const double q[11], double V[1])
 {
     const double angles[4] = {q[7], q[8], q[10], 0.0};
@@ -5245,6 +5271,7 @@ void fig2_potential_energy(const double q[11], double V[1])
     const double t27 = (q[5] * t2 - q[6] * t3) * (k194 + t19 - t22) + t25 + t26;
     V[0] = 9.81 * (t27 + 12.2 * q[2]);
 }
+SYMGEN_PAIRED
 
 /*
  * integrate: q_next = q after moving with v for dt, on the manifold
@@ -5285,6 +5312,7 @@ void fig2_integrate(const double q[11], const double v[10], double dt, double q_
  * From q (11, m or rad) to pose (4 x 4, m or 1).
  * Plan: literal. Operations: 185 add, 240 mul, 1 div, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void fig2_frame_pose_tool(const double q[11], double pose[16])
 {
     const double angles[4] = {q[7], q[8], 0.0, 0.0};
@@ -5421,6 +5449,7 @@ void fig2_frame_pose_tool(const double q[11], double pose[16])
     pose[14] = 0.0;
     pose[15] = 1.0;
 }
+SYMGEN_PAIRED
 
 /*
  * frame_pose_foot: pose = pose of a frame in ground axes (foot)

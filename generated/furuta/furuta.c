@@ -10,8 +10,9 @@
 #include <math.h>
 #include <stdint.h>
 
-/* For gcc: registers are renamed, which saves moves around fused operations. Where a symmetric matrix is
- * written, scalars are not paired into vectors: gathering the pairs costs more than they save. */
+/* For gcc: registers are renamed, which saves moves around fused operations. Where sines are taken four at a
+ * time, or a symmetric matrix is written, scalars are not paired into vectors: gathering the pairs costs more
+ * than they save, and gcc inlines only what is compiled with the same options. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("rename-registers")
 #define SYMGEN_PRAGMA(text) _Pragma(#text)
@@ -257,6 +258,7 @@ static const double k1 = 83.333333333333329; /* 250/3 */
  * From q (2, m or rad) to x (15, m or 1).
  * Plan: literal. Operations: 3 add, 6 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void furuta_natural_coordinates(const double q[2], double x[15])
 {
     const double angles[4] = {q[0], q[1], 0.0, 0.0};
@@ -283,6 +285,7 @@ void furuta_natural_coordinates(const double q[2], double x[15])
     x[5] = 0.8;
     x[8] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * natural_mass_matrix: Mn = constant mass matrix of the natural coordinates
@@ -316,6 +319,7 @@ void furuta_natural_mass_matrix(double Mn[225])
  * From q (2, m or rad) to Psi (13, SI).
  * Plan: literal. Operations: 12 add, 19 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void furuta_constraints(const double q[2], double Psi[13])
 {
     const double angles[4] = {q[0], q[1], 0.0, 0.0};
@@ -345,12 +349,14 @@ void furuta_constraints(const double q[2], double Psi[13])
     Psi[6] = 0.0;
     Psi[7] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * constraint_jacobian: Psi_q = Jacobian of Psi with respect to x
  * From q (2, m or rad) to Psi_q (13 x 15, SI).
  * Plan: literal. Operations: 4 add, 12 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void furuta_constraint_jacobian(const double q[2], double Psi_q[195])
 {
     const double angles[4] = {q[0], q[1], 0.0, 0.0};
@@ -417,12 +423,14 @@ void furuta_constraint_jacobian(const double q[2], double Psi_q[195])
     Psi_q[96] = 0.0; Psi_q[97] = -0.3; Psi_q[110] = 1.0; Psi_q[111] = 0.0; Psi_q[112] = 0.0;
     Psi_q[113] = -0.3; Psi_q[144] = 0.0; Psi_q[145] = 0.0; Psi_q[146] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * velocity_transformation: R = R, with dx/dt = R v
  * From q (2, m or rad) to R (15 x 2, SI).
  * Plan: literal. Operations: 8 add, 10 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void furuta_velocity_transformation(const double q[2], double R[30])
 {
     const double angles[4] = {q[0], q[1], 0.0, 0.0};
@@ -458,12 +466,14 @@ void furuta_velocity_transformation(const double q[2], double R[30])
     R[1] = 0.0; R[3] = 0.0; R[4] = 0.0; R[5] = 0.0; R[7] = 0.0; R[9] = 0.0; R[10] = 0.0;
     R[11] = 0.0; R[13] = 0.0; R[15] = 0.0; R[16] = 0.0; R[17] = 0.0; R[22] = 0.0; R[28] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * velocity_transformation_rate: Rdot = dR/dt
  * From q (2, m or rad), v (2, m/s or rad/s) to Rdot (15 x 2, SI).
  * Plan: literal. Operations: 21 add, 40 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void furuta_velocity_transformation_rate(const double q[2], const double v[2], double Rdot[30])
 {
     const double angles[4] = {q[0], q[1], 0.0, 0.0};
@@ -509,6 +519,7 @@ void furuta_velocity_transformation_rate(const double q[2], const double v[2], d
     Rdot[10] = 0.0; Rdot[11] = 0.0; Rdot[13] = 0.0; Rdot[15] = 0.0; Rdot[16] = 0.0; Rdot[17] = 0.0;
     Rdot[22] = 0.0; Rdot[28] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * natural_bias_acceleration: xddot_bias = (dR/dt) v, natural accelerations at zero joint
@@ -516,6 +527,7 @@ void furuta_velocity_transformation_rate(const double q[2], const double v[2], d
  * From q (2, m or rad), v (2, m/s or rad/s) to xddot_bias (15, SI).
  * Plan: literal. Operations: 24 add, 50 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void furuta_natural_bias_acceleration(const double q[2], const double v[2], double xddot_bias[15])
 {
     const double angles[4] = {q[0], q[1], 0.0, 0.0};
@@ -561,6 +573,7 @@ void furuta_natural_bias_acceleration(const double q[2], const double v[2], doub
     xddot_bias[5] = 0.0;
     xddot_bias[8] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * mass_matrix: M = R^T Mn R, full symmetric
@@ -745,6 +758,7 @@ void furuta_integrate(const double q[2], const double v[2], double dt, double q_
  * From q (2, m or rad) to pose (4 x 4, m or 1).
  * Plan: literal. Operations: 5 add, 9 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void furuta_frame_pose_tip(const double q[2], double pose[16])
 {
     const double angles[4] = {q[0], q[1], 0.0, 0.0};
@@ -774,3 +788,4 @@ void furuta_frame_pose_tip(const double q[2], double pose[16])
     pose[14] = 0.0;
     pose[15] = 1.0;
 }
+SYMGEN_PAIRED

@@ -10,8 +10,9 @@
 #include <math.h>
 #include <stdint.h>
 
-/* For gcc: registers are renamed, which saves moves around fused operations. Where a symmetric matrix is
- * written, scalars are not paired into vectors: gathering the pairs costs more than they save. */
+/* For gcc: registers are renamed, which saves moves around fused operations. Where sines are taken four at a
+ * time, or a symmetric matrix is written, scalars are not paired into vectors: gathering the pairs costs more
+ * than they save, and gcc inlines only what is compiled with the same options. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("rename-registers")
 #define SYMGEN_PRAGMA(text) _Pragma(#text)
@@ -250,6 +251,7 @@ static const double k1 = 1.7286084701815039; /* 2000/1157 */
  * From q (2, m or rad) to R (36 x 2, SI).
  * Plan: literal. Operations: 18 add, 21 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void gripper_velocity_transformation(const double q[2], double R[72])
 {
     const double angles[4] = {q[0], 20.0 * q[1] - 0.2, 0.0, 0.0};
@@ -309,6 +311,7 @@ void gripper_velocity_transformation(const double q[2], double R[72])
     R[36] = 0.0; R[37] = 0.0; R[51] = 0.0; R[53] = 0.0; R[54] = 0.0; R[55] = 0.0; R[57] = 0.0;
     R[59] = 0.0; R[60] = 0.0; R[66] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * mass_matrix: M = R^T Mn R, full symmetric
@@ -337,6 +340,7 @@ SYMGEN_PAIRED
  * From q (2, m or rad), v (2, m/s or rad/s) to h (2, N or N.m).
  * Plan: recursive. Operations: 28 add, 40 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void gripper_bias_force(const double q[2], const double v[2], double h[2])
 {
     const double angles[4] = {q[0], 20.0 * q[1] - 0.2, 0.0, 0.0};
@@ -379,12 +383,14 @@ void gripper_bias_force(const double q[2], const double v[2], double h[2])
     h[0] = t14 - (t9 + 0.05 * (t1 * t8 + 4.0221 * sin_q0)) + t16 + 0.02 * v[0];
     h[1] = f_left_jaw_z - t12 + t17 + 250.0 * (q[1] - 0.01);
 }
+SYMGEN_PAIRED
 
 /*
  * inverse_dynamics: tau = mass_matrix a + bias_force
  * From q (2, m or rad), v (2, m/s or rad/s), a (2, m/s^2 or rad/s^2) to tau (2, N or N.m).
  * Plan: recursive. Operations: 46 add, 51 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void gripper_inverse_dynamics(const double q[2], const double v[2], const double a[2], double tau[2])
 {
     const double angles[4] = {q[0], 20.0 * q[1] - 0.2, 0.0, 0.0};
@@ -439,6 +445,7 @@ void gripper_inverse_dynamics(const double q[2], const double v[2], const double
     const double t21 = 0.4 * a[1] + (f_right_jaw_z + f_left_jaw_z + 20.0 * n_thumb_z);
     tau[1] = 250.0 * (q[1] - 0.01) + t21;
 }
+SYMGEN_PAIRED
 
 /*
  * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
@@ -446,6 +453,7 @@ void gripper_inverse_dynamics(const double q[2], const double v[2], const double
  * Plan: factored. Operations: 37 add, 46 mul, 1 div, 2 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
  */
+SYMGEN_UNPAIRED
 void gripper_forward_dynamics(const double q[2], const double v[2], const double tau[2], double a[2])
 {
     const double angles[4] = {q[0], 20.0 * q[1] - 0.2, 0.0, 0.0};
@@ -502,6 +510,7 @@ void gripper_forward_dynamics(const double q[2], const double v[2], const double
         }
     }
 }
+SYMGEN_PAIRED
 
 /*
  * kinetic_energy: T = kinetic energy
@@ -538,6 +547,7 @@ void gripper_kinetic_energy(const double q[2], const double v[2], double T[1])
  * From q (2, m or rad) to V (scalar, J).
  * Plan: composite. Operations: 4 add, 6 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void gripper_potential_energy(const double q[2], double V[1])
 {
     const double angles[4] = {q[0], 20.0 * q[1] - 0.2, 0.0, 0.0};
@@ -548,3 +558,4 @@ void gripper_potential_energy(const double q[2], double V[1])
     const double t1 = q[1] - 0.01;
     V[0] = 125.0 * (t1 * t1) + 9.81 * (cos_q0 * (0.0349 + 0.00125 * cos_1));
 }
+SYMGEN_PAIRED

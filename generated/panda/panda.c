@@ -10,8 +10,9 @@
 #include <math.h>
 #include <stdint.h>
 
-/* For gcc: registers are renamed, which saves moves around fused operations. Where a symmetric matrix is
- * written, scalars are not paired into vectors: gathering the pairs costs more than they save. */
+/* For gcc: registers are renamed, which saves moves around fused operations. Where sines are taken four at a
+ * time, or a symmetric matrix is written, scalars are not paired into vectors: gathering the pairs costs more
+ * than they save, and gcc inlines only what is compiled with the same options. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("rename-registers")
 #define SYMGEN_PRAGMA(text) _Pragma(#text)
@@ -287,6 +288,7 @@ static const double k45 = 0.70710678118654757;
  * From q (7, m or rad) to x (45, m or 1).
  * Plan: literal. Operations: 49 add, 77 mul, 7 sincos.
  */
+SYMGEN_UNPAIRED
 void panda_natural_coordinates(const double q[7], double x[45])
 {
     const double angles[8] = {q[0], q[1], q[2], q[3], q[4], q[5], q[6], 0.0};
@@ -387,6 +389,7 @@ void panda_natural_coordinates(const double q[7], double x[45])
     x[2] = 0.0;
     x[5] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * natural_mass_matrix: Mn = constant mass matrix of the natural coordinates
@@ -569,6 +572,7 @@ void panda_natural_mass_matrix(double Mn[2025])
  * From q (7, m or rad) to Psi (38, SI).
  * Plan: literal. Operations: 151 add, 203 mul, 7 sincos.
  */
+SYMGEN_UNPAIRED
 void panda_constraints(const double q[7], double Psi[38])
 {
     const double angles[8] = {q[0], q[1], q[2], q[3], q[4], q[5], q[6], 0.0};
@@ -688,12 +692,14 @@ void panda_constraints(const double q[7], double Psi[38])
     Psi[11] = 0.0;
     Psi[12] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * constraint_jacobian: Psi_q = Jacobian of Psi with respect to x
  * From q (7, m or rad) to Psi_q (38 x 45, SI).
  * Plan: literal. Operations: 89 add, 118 mul, 7 sincos.
  */
+SYMGEN_UNPAIRED
 void panda_constraint_jacobian(const double q[7], double Psi_q[1710])
 {
     const double angles[8] = {q[0], q[1], q[2], q[3], q[4], q[5], q[6], 0.0};
@@ -1020,12 +1026,14 @@ void panda_constraint_jacobian(const double q[7], double Psi_q[1710])
     Psi_q[1287] = 0.0; Psi_q[1288] = 0.0; Psi_q[1289] = 0.0; Psi_q[1338] = 0.0; Psi_q[1339] = 0.0;
     Psi_q[1340] = 0.0; Psi_q[1569] = 0.0; Psi_q[1570] = 0.0; Psi_q[1571] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * velocity_transformation: R = R, with dx/dt = R v
  * From q (7, m or rad) to R (45 x 7, SI).
  * Plan: literal. Operations: 202 add, 305 mul, 7 sincos.
  */
+SYMGEN_UNPAIRED
 void panda_velocity_transformation(const double q[7], double R[315])
 {
     const double angles[8] = {q[0], q[1], q[2], q[3], q[4], q[5], q[6], 0.0};
@@ -1299,12 +1307,14 @@ void panda_velocity_transformation(const double q[7], double R[315])
     R[245] = 0.0; R[251] = 0.0; R[258] = 0.0; R[265] = 0.0; R[266] = 0.0; R[272] = 0.0;
     R[287] = 0.0; R[308] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * velocity_transformation_rate: Rdot = dR/dt
  * From q (7, m or rad), v (7, m/s or rad/s) to Rdot (45 x 7, SI).
  * Plan: literal. Operations: 492 add, 638 mul, 7 sincos.
  */
+SYMGEN_UNPAIRED
 void panda_velocity_transformation_rate(const double q[7], const double v[7], double Rdot[315])
 {
     const double angles[8] = {q[0], q[1], q[2], q[3], q[4], q[5], q[6], 0.0};
@@ -1657,6 +1667,7 @@ void panda_velocity_transformation_rate(const double q[7], const double v[7], do
     Rdot[258] = 0.0; Rdot[265] = 0.0; Rdot[266] = 0.0; Rdot[272] = 0.0; Rdot[287] = 0.0;
     Rdot[308] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * natural_bias_acceleration: xddot_bias = (dR/dt) v, natural accelerations at zero joint
@@ -1664,6 +1675,7 @@ void panda_velocity_transformation_rate(const double q[7], const double v[7], do
  * From q (7, m or rad), v (7, m/s or rad/s) to xddot_bias (45, SI).
  * Plan: literal. Operations: 237 add, 343 mul, 7 sincos.
  */
+SYMGEN_UNPAIRED
 void panda_natural_bias_acceleration(const double q[7], const double v[7], double xddot_bias[45])
 {
     const double angles[8] = {q[0], q[1], q[2], q[3], q[4], q[5], q[6], 0.0};
@@ -1872,6 +1884,7 @@ void panda_natural_bias_acceleration(const double q[7], const double v[7], doubl
     xddot_bias[2] = 0.0;
     xddot_bias[5] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * mass_matrix: M = R^T Mn R, full symmetric
@@ -2088,6 +2101,7 @@ SYMGEN_PAIRED
  * From q (7, m or rad), v (7, m/s or rad/s) to C (7 x 7, SI).
  * Plan: composite. Operations: 626 add, 713 mul, 6 sincos.
  */
+SYMGEN_UNPAIRED
 void panda_coriolis_matrix(const double q[7], const double v[7], double C[49])
 {
     const double angles[8] = {q[1], q[2], q[3], q[4], q[5], q[6], 0.0, 0.0};
@@ -2564,12 +2578,14 @@ void panda_coriolis_matrix(const double q[7], const double v[7], double C[49])
     const double t373 = sin_q1 * (cos_q2 * t366 + sin_q2 * t367 + t13 * t362);
     C[42] = -(t373 + cos_q1 * t372);
 }
+SYMGEN_PAIRED
 
 /*
  * gravity_force: g = gravity, left-hand side
  * From q (7, m or rad) to g (7, N or N.m).
  * Plan: composite. Operations: 34 add, 50 mul, 6 sincos.
  */
+SYMGEN_UNPAIRED
 void panda_gravity_force(const double q[7], double g[7])
 {
     const double angles[8] = {q[1], q[2], q[3], q[4], q[5], q[6], 0.0, 0.0};
@@ -2629,6 +2645,7 @@ void panda_gravity_force(const double q[7], double g[7])
     /* constant entries */
     g[0] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * passive_force: passive = springs, dampers and joint damping, left-hand side
@@ -2652,6 +2669,7 @@ void panda_passive_force(const double q[7], const double v[7], double passive[7]
  * From q (7, m or rad), v (7, m/s or rad/s) to h (7, N or N.m).
  * Plan: recursive. Operations: 257 add, 285 mul, 6 sincos.
  */
+SYMGEN_UNPAIRED
 void panda_bias_force(const double q[7], const double v[7], double h[7])
 {
     const double angles[8] = {q[1], q[2], q[3], q[4], q[5], q[6], 0.0, 0.0};
@@ -2891,12 +2909,14 @@ void panda_bias_force(const double q[7], const double v[7], double h[7])
     h[5] = n_panda_link6_z + 0.003 * v[5];
     h[6] = n_panda_link7_z + 0.003 * v[6];
 }
+SYMGEN_PAIRED
 
 /*
  * inverse_dynamics: tau = mass_matrix a + bias_force
  * From q (7, m or rad), v (7, m/s or rad/s), a (7, m/s^2 or rad/s^2) to tau (7, N or N.m).
  * Plan: recursive. Operations: 273 add, 290 mul, 6 sincos.
  */
+SYMGEN_UNPAIRED
 void panda_inverse_dynamics(const double q[7], const double v[7], const double a[7], double tau[7])
 {
     const double angles[8] = {q[1], q[2], q[3], q[4], q[5], q[6], 0.0, 0.0};
@@ -3150,6 +3170,7 @@ void panda_inverse_dynamics(const double q[7], const double v[7], const double a
     tau[5] = n_panda_link6_z + 0.003 * v[5];
     tau[6] = n_panda_link7_z + 0.003 * v[6];
 }
+SYMGEN_PAIRED
 
 /*
  * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
@@ -3157,6 +3178,7 @@ void panda_inverse_dynamics(const double q[7], const double v[7], const double a
  * Plan: factored. Operations: 517 add, 586 mul, 6 div, 6 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
  */
+SYMGEN_UNPAIRED
 void panda_forward_dynamics(const double q[7], const double v[7], const double tau[7], double a[7])
 {
     const double angles[8] = {q[1], q[2], q[3], q[4], q[5], q[6], 0.0, 0.0};
@@ -3600,12 +3622,14 @@ void panda_forward_dynamics(const double q[7], const double v[7], const double t
         }
     }
 }
+SYMGEN_PAIRED
 
 /*
  * kinetic_energy: T = kinetic energy
  * From q (7, m or rad), v (7, m/s or rad/s) to T (scalar, J).
  * Plan: recursive. Operations: 122 add, 177 mul, 6 sincos.
  */
+SYMGEN_UNPAIRED
 void panda_kinetic_energy(const double q[7], const double v[7], double T[1])
 {
     const double angles[8] = {q[1], q[2], q[3], q[4], q[5], q[6], 0.0, 0.0};
@@ -3716,12 +3740,14 @@ void panda_kinetic_energy(const double q[7], const double v[7], double T[1])
     const double t85 = t79 + (t78 + (t25 * t75 + t26 * t76 + t77));
     T[0] = 0.5 * (t85 + (t81 - t32 * (k20 * t30 - k19 * t31) + t84));
 }
+SYMGEN_PAIRED
 
 /*
  * potential_energy: V = potential energy of gravity and springs, zero at the ground origin
  * From q (7, m or rad) to V (scalar, J).
  * Plan: composite. Operations: 20 add, 21 mul, 6 sincos.
  */
+SYMGEN_UNPAIRED
 void panda_potential_energy(const double q[7], double V[1])
 {
     const double angles[8] = {q[1], q[2], q[3], q[4], q[5], q[6], 0.0, 0.0};
@@ -3754,6 +3780,7 @@ void panda_potential_energy(const double q[7], double V[1])
     const double t8 = cos_q1 * (3.344500043512 + (sin_q3 * t4 + cos_q3 * t5));
     V[0] = 9.81 * (5.36506598392 - (sin_q1 * (t7 - 0.002031994566) - t8));
 }
+SYMGEN_PAIRED
 
 /*
  * integrate: q_next = q after moving with v for dt, on the manifold
@@ -3776,6 +3803,7 @@ void panda_integrate(const double q[7], const double v[7], double dt, double q_n
  * From q (7, m or rad) to pose (4 x 4, m or 1).
  * Plan: literal. Operations: 53 add, 92 mul, 7 sincos.
  */
+SYMGEN_UNPAIRED
 void panda_frame_pose_panda_hand_tcp(const double q[7], double pose[16])
 {
     const double angles[8] = {q[0], q[1], q[2], q[3], q[4], q[5], q[6], 0.0};
@@ -3850,3 +3878,4 @@ void panda_frame_pose_panda_hand_tcp(const double q[7], double pose[16])
     pose[14] = 0.0;
     pose[15] = 1.0;
 }
+SYMGEN_PAIRED

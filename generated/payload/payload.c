@@ -10,8 +10,9 @@
 #include <math.h>
 #include <stdint.h>
 
-/* For gcc: registers are renamed, which saves moves around fused operations. Where a symmetric matrix is
- * written, scalars are not paired into vectors: gathering the pairs costs more than they save. */
+/* For gcc: registers are renamed, which saves moves around fused operations. Where sines are taken four at a
+ * time, or a symmetric matrix is written, scalars are not paired into vectors: gathering the pairs costs more
+ * than they save, and gcc inlines only what is compiled with the same options. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("rename-registers")
 #define SYMGEN_PRAGMA(text) _Pragma(#text)
@@ -323,6 +324,7 @@ SYMGEN_PAIRED
  * From q (3, m or rad), p (13, SI) to g (3, N or N.m).
  * Plan: composite, parallel axes merged. Operations: 13 add, 17 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void payload_gravity_force(const double q[3], const double p[13], double g[3])
 {
     const double angles[4] = {q[1], q[1] + q[2], 0.0, 0.0};
@@ -343,12 +345,14 @@ void payload_gravity_force(const double q[3], const double p[13], double g[3])
     /* constant entries */
     g[0] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * bias_force: h = C v + gravity_force + passive_force
  * From q (3, m or rad), v (3, m/s or rad/s), p (13, SI) to h (3, N or N.m).
  * Plan: recursive, parallel axes merged. Operations: 73 add, 96 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void payload_bias_force(const double q[3], const double v[3], const double p[13], double h[3])
 {
     const double angles[4] = {q[1], q[1] + q[2], 0.0, 0.0};
@@ -407,6 +411,7 @@ void payload_bias_force(const double q[3], const double v[3], const double p[13]
     h[1] = t22 * (t23 * t33) - t21 * t35 - t37 - (t20 * t28 + 9.81 * t19) + 0.2 * v[1];
     h[2] = 0.1 * v[2] - t37;
 }
+SYMGEN_PAIRED
 
 /*
  * inverse_dynamics: tau = mass_matrix a + bias_force
@@ -414,6 +419,7 @@ void payload_bias_force(const double q[3], const double v[3], const double p[13]
  *   N.m).
  * Plan: recursive, parallel axes merged. Operations: 111 add, 131 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void payload_inverse_dynamics(
     const double q[3],
     const double v[3],
@@ -504,6 +510,7 @@ void payload_inverse_dynamics(
     tau[1] = 0.2 * v[1] + (t56 + n_forearm_z + (t58 - (t32 * t45 + 9.81 * t33)));
     tau[2] = 0.1 * v[2] + n_forearm_z;
 }
+SYMGEN_PAIRED
 
 /*
  * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
@@ -512,6 +519,7 @@ void payload_inverse_dynamics(
  * Plan: factored, parallel axes merged. Operations: 119 add, 137 mul, 3 div, 2 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
  */
+SYMGEN_UNPAIRED
 void payload_forward_dynamics(
     const double q[3],
     const double v[3],
@@ -623,12 +631,14 @@ void payload_forward_dynamics(
         }
     }
 }
+SYMGEN_PAIRED
 
 /*
  * frame_pose_tool: pose = pose of a frame in ground axes (tool)
  * From q (3, m or rad), p (13, SI) to pose (4 x 4, m or 1).
  * Plan: literal. Operations: 19 add, 36 mul, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void payload_frame_pose_tool(const double q[3], const double p[13], double pose[16])
 {
     (void)p;
@@ -669,3 +679,4 @@ void payload_frame_pose_tool(const double q[3], const double p[13], double pose[
     pose[14] = 0.0;
     pose[15] = 1.0;
 }
+SYMGEN_PAIRED

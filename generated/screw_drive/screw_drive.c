@@ -10,8 +10,9 @@
 #include <math.h>
 #include <stdint.h>
 
-/* For gcc: registers are renamed, which saves moves around fused operations. Where a symmetric matrix is
- * written, scalars are not paired into vectors: gathering the pairs costs more than they save. */
+/* For gcc: registers are renamed, which saves moves around fused operations. Where sines are taken four at a
+ * time, or a symmetric matrix is written, scalars are not paired into vectors: gathering the pairs costs more
+ * than they save, and gcc inlines only what is compiled with the same options. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("rename-registers")
 #define SYMGEN_PRAGMA(text) _Pragma(#text)

@@ -10,8 +10,9 @@
 #include <math.h>
 #include <stdint.h>
 
-/* For gcc: registers are renamed, which saves moves around fused operations. Where a symmetric matrix is
- * written, scalars are not paired into vectors: gathering the pairs costs more than they save. */
+/* For gcc: registers are renamed, which saves moves around fused operations. Where sines are taken four at a
+ * time, or a symmetric matrix is written, scalars are not paired into vectors: gathering the pairs costs more
+ * than they save, and gcc inlines only what is compiled with the same options. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("rename-registers")
 #define SYMGEN_PRAGMA(text) _Pragma(#text)
@@ -244,6 +245,7 @@ static const double k2 = 1.7763568394002505e-15; /* 1/562949953421312 */
  * From q (3, m or rad) to x (18, m or 1).
  * Plan: literal. Operations: 7 add, 14 mul, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void universal_shaft_natural_coordinates(const double q[3], double x[18])
 {
     const double angles[4] = {q[0], q[1], q[2], 0.0};
@@ -277,6 +279,7 @@ void universal_shaft_natural_coordinates(const double q[3], double x[18])
     x[5] = -0.2;
     x[8] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * natural_mass_matrix: Mn = constant mass matrix of the natural coordinates
@@ -320,6 +323,7 @@ void universal_shaft_natural_mass_matrix(double Mn[324])
  * From q (3, m or rad) to Psi (15, SI).
  * Plan: literal. Operations: 22 add, 36 mul, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void universal_shaft_constraints(const double q[3], double Psi[15])
 {
     const double angles[4] = {q[0], q[1], q[2], 0.0};
@@ -359,12 +363,14 @@ void universal_shaft_constraints(const double q[3], double Psi[15])
     Psi[6] = 0.0;
     Psi[7] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * constraint_jacobian: Psi_q = Jacobian of Psi with respect to x
  * From q (3, m or rad) to Psi_q (15 x 18, SI).
  * Plan: literal. Operations: 8 add, 25 mul, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void universal_shaft_constraint_jacobian(const double q[3], double Psi_q[270])
 {
     const double angles[4] = {q[0], q[1], q[2], 0.0};
@@ -451,12 +457,14 @@ void universal_shaft_constraint_jacobian(const double q[3], double Psi_q[270])
     Psi_q[263] = 0.0; Psi_q[264] = 0.0; Psi_q[265] = 0.0; Psi_q[266] = 0.0; Psi_q[267] = 0.0;
     Psi_q[268] = 0.0; Psi_q[269] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * velocity_transformation: R = R, with dx/dt = R v
  * From q (3, m or rad) to R (18 x 3, SI).
  * Plan: literal. Operations: 25 add, 38 mul, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void universal_shaft_velocity_transformation(const double q[3], double R[54])
 {
     const double angles[4] = {q[0], q[1], q[2], 0.0};
@@ -510,12 +518,14 @@ void universal_shaft_velocity_transformation(const double q[3], double R[54])
     R[25] = 0.0; R[26] = 0.0; R[29] = 0.0; R[32] = 0.0; R[33] = 0.0; R[35] = 0.0; R[42] = 0.0;
     R[51] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * velocity_transformation_rate: Rdot = dR/dt
  * From q (3, m or rad), v (3, m/s or rad/s) to Rdot (18 x 3, SI).
  * Plan: literal. Operations: 55 add, 87 mul, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void universal_shaft_velocity_transformation_rate(const double q[3], const double v[3], double Rdot[54])
 {
     const double angles[4] = {q[0], q[1], q[2], 0.0};
@@ -583,6 +593,7 @@ void universal_shaft_velocity_transformation_rate(const double q[3], const doubl
     Rdot[24] = 0.0; Rdot[25] = 0.0; Rdot[26] = 0.0; Rdot[29] = 0.0; Rdot[32] = 0.0; Rdot[33] = 0.0;
     Rdot[35] = 0.0; Rdot[42] = 0.0; Rdot[51] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * natural_bias_acceleration: xddot_bias = (dR/dt) v, natural accelerations at zero joint
@@ -590,6 +601,7 @@ void universal_shaft_velocity_transformation_rate(const double q[3], const doubl
  * From q (3, m or rad), v (3, m/s or rad/s) to xddot_bias (18, SI).
  * Plan: literal. Operations: 47 add, 82 mul, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void universal_shaft_natural_bias_acceleration(const double q[3], const double v[3], double xddot_bias[18])
 {
     const double angles[4] = {q[0], q[1], q[2], 0.0};
@@ -651,6 +663,7 @@ void universal_shaft_natural_bias_acceleration(const double q[3], const double v
     xddot_bias[5] = 0.0;
     xddot_bias[8] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * mass_matrix: M = R^T Mn R, full symmetric
@@ -695,6 +708,7 @@ SYMGEN_PAIRED
  * From q (3, m or rad), v (3, m/s or rad/s) to C (3 x 3, SI).
  * Plan: composite. Operations: 17 add, 28 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void universal_shaft_coriolis_matrix(const double q[3], const double v[3], double C[9])
 {
     const double angles[4] = {q[1], q[2], 0.0, 0.0};
@@ -734,12 +748,14 @@ void universal_shaft_coriolis_matrix(const double q[3], const double v[3], doubl
     /* constant entries */
     C[8] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * gravity_force: g = gravity, left-hand side
  * From q (3, m or rad) to g (3, N or N.m).
  * Plan: composite. Operations: 6 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void universal_shaft_gravity_force(const double q[3], double g[3])
 {
     const double angles[4] = {q[1], q[2], 0.0, 0.0};
@@ -756,6 +772,7 @@ void universal_shaft_gravity_force(const double q[3], double g[3])
     /* constant entries */
     g[0] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * passive_force: passive = springs, dampers and joint damping, left-hand side
@@ -775,6 +792,7 @@ void universal_shaft_passive_force(const double q[3], const double v[3], double 
  * From q (3, m or rad), v (3, m/s or rad/s) to h (3, N or N.m).
  * Plan: recursive. Operations: 21 add, 35 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void universal_shaft_bias_force(const double q[3], const double v[3], double h[3])
 {
     const double angles[4] = {q[1], q[2], 0.0, 0.0};
@@ -811,12 +829,14 @@ void universal_shaft_bias_force(const double q[3], const double v[3], double h[3
     h[1] = n_output_y + 0.0015 * t7 + (0.01 * v[1] + 0.5 * q[1]);
     h[2] = n_output_z + (0.01 * v[2] + 0.5 * q[2]);
 }
+SYMGEN_PAIRED
 
 /*
  * inverse_dynamics: tau = mass_matrix a + bias_force
  * From q (3, m or rad), v (3, m/s or rad/s), a (3, m/s^2 or rad/s^2) to tau (3, N or N.m).
  * Plan: recursive. Operations: 30 add, 37 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void universal_shaft_inverse_dynamics(const double q[3], const double v[3], const double a[3], double tau[3])
 {
     const double angles[4] = {q[1], q[2], 0.0, 0.0};
@@ -859,6 +879,7 @@ void universal_shaft_inverse_dynamics(const double q[3], const double v[3], cons
     tau[1] = n_output_y + 0.0015 * t9 + (0.01 * v[1] + 0.5 * q[1]);
     tau[2] = n_output_z + (0.01 * v[2] + 0.5 * q[2]);
 }
+SYMGEN_PAIRED
 
 /*
  * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
@@ -866,6 +887,7 @@ void universal_shaft_inverse_dynamics(const double q[3], const double v[3], cons
  * Plan: articulated. Operations: 32 add, 48 mul, 2 div, 2 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
  */
+SYMGEN_UNPAIRED
 void universal_shaft_forward_dynamics(const double q[3], const double v[3], const double tau[3], double a[3])
 {
     const double angles[4] = {q[1], q[2], 0.0, 0.0};
@@ -920,12 +942,14 @@ void universal_shaft_forward_dynamics(const double q[3], const double v[3], cons
         }
     }
 }
+SYMGEN_PAIRED
 
 /*
  * kinetic_energy: T = kinetic energy
  * From q (3, m or rad), v (3, m/s or rad/s) to T (scalar, J).
  * Plan: recursive, inertia as given. Operations: 6 add, 15 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void universal_shaft_kinetic_energy(const double q[3], const double v[3], double T[1])
 {
     const double angles[4] = {q[1], q[2], 0.0, 0.0};
@@ -944,12 +968,14 @@ void universal_shaft_kinetic_energy(const double q[3], const double v[3], double
     const double t5 = t2 * (0.003 * t2) + t3 * (0.185 * t3) + t4 * (0.185 * t4);
     T[0] = 0.5 * (v[0] * (0.002 * v[0]) + t5);
 }
+SYMGEN_PAIRED
 
 /*
  * potential_energy: V = potential energy of gravity and springs, zero at the ground origin
  * From q (3, m or rad) to V (scalar, J).
  * Plan: composite. Operations: 3 add, 6 mul, 2 sincos.
  */
+SYMGEN_UNPAIRED
 void universal_shaft_potential_energy(const double q[3], double V[1])
 {
     const double angles[4] = {q[1], q[2], 0.0, 0.0};
@@ -959,6 +985,7 @@ void universal_shaft_potential_energy(const double q[3], double V[1])
     const double cos_q2 = cosines[1];
     V[0] = 0.25 * (q[1] * q[1] + q[2] * q[2]) - 9.81 * (0.4 + cos_q1 * (0.45 * cos_q2));
 }
+SYMGEN_PAIRED
 
 /*
  * integrate: q_next = q after moving with v for dt, on the manifold
@@ -977,6 +1004,7 @@ void universal_shaft_integrate(const double q[3], const double v[3], double dt, 
  * From q (3, m or rad) to pose (4 x 4, m or 1).
  * Plan: literal. Operations: 8 add, 17 mul, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void universal_shaft_frame_pose_tip(const double q[3], double pose[16])
 {
     const double angles[4] = {q[0], q[1], q[2], 0.0};
@@ -1011,3 +1039,4 @@ void universal_shaft_frame_pose_tip(const double q[3], double pose[16])
     pose[14] = 0.0;
     pose[15] = 1.0;
 }
+SYMGEN_PAIRED

@@ -10,8 +10,9 @@
 #include <math.h>
 #include <stdint.h>
 
-/* For gcc: registers are renamed, which saves moves around fused operations. Where a symmetric matrix is
- * written, scalars are not paired into vectors: gathering the pairs costs more than they save. */
+/* For gcc: registers are renamed, which saves moves around fused operations. Where sines are taken four at a
+ * time, or a symmetric matrix is written, scalars are not paired into vectors: gathering the pairs costs more
+ * than they save, and gcc inlines only what is compiled with the same options. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("rename-registers")
 #define SYMGEN_PRAGMA(text) _Pragma(#text)
@@ -254,6 +255,7 @@ static const double k12 = 2.7356510147259262e-6; /* 109426040589037041/400000000
  * From q (6, m or rad) to x (45, m or 1).
  * Plan: literal. Operations: 46 add, 65 mul, 6 sincos.
  */
+SYMGEN_UNPAIRED
 void ur5_natural_coordinates(const double q[6], double x[45])
 {
     const double angles[8] = {q[0], q[1], q[2], q[3], q[4], q[5], 0.0, 0.0};
@@ -347,6 +349,7 @@ void ur5_natural_coordinates(const double q[6], double x[45])
     x[5] = 0.089159;
     x[8] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * natural_mass_matrix: Mn = constant mass matrix of the natural coordinates
@@ -436,6 +439,7 @@ void ur5_natural_mass_matrix(double Mn[2025])
  * From q (6, m or rad) to Psi (39, SI).
  * Plan: literal. Operations: 109 add, 152 mul, 6 sincos.
  */
+SYMGEN_UNPAIRED
 void ur5_constraints(const double q[6], double Psi[39])
 {
     const double angles[8] = {q[0], q[1], q[2], q[3], q[4], q[5], 0.0, 0.0};
@@ -539,12 +543,14 @@ void ur5_constraints(const double q[6], double Psi[39])
     Psi[32] = 0.0;
     Psi[33] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * constraint_jacobian: Psi_q = Jacobian of Psi with respect to x
  * From q (6, m or rad) to Psi_q (39 x 45, SI).
  * Plan: literal. Operations: 64 add, 94 mul, 6 sincos.
  */
+SYMGEN_UNPAIRED
 void ur5_constraint_jacobian(const double q[6], double Psi_q[1755])
 {
     const double angles[8] = {q[0], q[1], q[2], q[3], q[4], q[5], 0.0, 0.0};
@@ -830,12 +836,14 @@ void ur5_constraint_jacobian(const double q[6], double Psi_q[1755])
     Psi_q[1515] = 0.0; Psi_q[1516] = 0.0; Psi_q[1517] = 0.0; Psi_q[1518] = 0.0; Psi_q[1519] = 0.0;
     Psi_q[1520] = 1.0; Psi_q[1614] = 0.0; Psi_q[1615] = 0.0; Psi_q[1616] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * velocity_transformation: R = R, with dx/dt = R v
  * From q (6, m or rad) to R (45 x 6, SI).
  * Plan: literal. Operations: 132 add, 167 mul, 6 sincos.
  */
+SYMGEN_UNPAIRED
 void ur5_velocity_transformation(const double q[6], double R[270])
 {
     const double angles[8] = {q[0], q[1], q[2], q[3], q[4], q[5], 0.0, 0.0};
@@ -1102,12 +1110,14 @@ void ur5_velocity_transformation(const double q[6], double R[270])
     R[215] = 0.0; R[221] = 0.0; R[227] = 0.0; R[228] = 0.0; R[233] = 0.0; R[246] = 0.0;
     R[264] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * velocity_transformation_rate: Rdot = dR/dt
  * From q (6, m or rad), v (6, m/s or rad/s) to Rdot (45 x 6, SI).
  * Plan: literal. Operations: 365 add, 405 mul, 6 sincos.
  */
+SYMGEN_UNPAIRED
 void ur5_velocity_transformation_rate(const double q[6], const double v[6], double Rdot[270])
 {
     const double angles[8] = {q[0], q[1], q[2], q[3], q[4], q[5], 0.0, 0.0};
@@ -1458,6 +1468,7 @@ void ur5_velocity_transformation_rate(const double q[6], const double v[6], doub
     Rdot[209] = 0.0; Rdot[210] = 0.0; Rdot[215] = 0.0; Rdot[221] = 0.0; Rdot[227] = 0.0;
     Rdot[228] = 0.0; Rdot[233] = 0.0; Rdot[246] = 0.0; Rdot[264] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * natural_bias_acceleration: xddot_bias = (dR/dt) v, natural accelerations at zero joint
@@ -1465,6 +1476,7 @@ void ur5_velocity_transformation_rate(const double q[6], const double v[6], doub
  * From q (6, m or rad), v (6, m/s or rad/s) to xddot_bias (45, SI).
  * Plan: literal. Operations: 231 add, 319 mul, 6 sincos.
  */
+SYMGEN_UNPAIRED
 void ur5_natural_bias_acceleration(const double q[6], const double v[6], double xddot_bias[45])
 {
     const double angles[8] = {q[0], q[1], q[2], q[3], q[4], q[5], 0.0, 0.0};
@@ -1669,6 +1681,7 @@ void ur5_natural_bias_acceleration(const double q[6], const double v[6], double 
     xddot_bias[5] = 0.0;
     xddot_bias[8] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * mass_matrix: M = R^T Mn R, full symmetric
@@ -1787,6 +1800,7 @@ SYMGEN_PAIRED
  * From q (6, m or rad), v (6, m/s or rad/s) to C (6 x 6, SI).
  * Plan: composite, parallel axes merged. Operations: 155 add, 170 mul, 5 sincos.
  */
+SYMGEN_UNPAIRED
 void ur5_coriolis_matrix(const double q[6], const double v[6], double C[36])
 {
     const double t1 = q[1] + q[2];
@@ -1973,12 +1987,14 @@ void ur5_coriolis_matrix(const double q[6], const double v[6], double C[36])
     /* constant entries */
     C[35] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * gravity_force: g = gravity, left-hand side
  * From q (6, m or rad) to g (6, N or N.m).
  * Plan: composite, parallel axes merged. Operations: 4 add, 6 mul, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void ur5_gravity_force(const double q[6], double g[6])
 {
     const double t1 = q[1] + q[2];
@@ -2001,6 +2017,7 @@ void ur5_gravity_force(const double q[6], double g[6])
     g[4] = 0.0;
     g[5] = 0.0;
 }
+SYMGEN_PAIRED
 
 /*
  * passive_force: passive = springs, dampers and joint damping, left-hand side
@@ -2024,6 +2041,7 @@ void ur5_passive_force(const double q[6], const double v[6], double passive[6])
  * From q (6, m or rad), v (6, m/s or rad/s) to h (6, N or N.m).
  * Plan: recursive, parallel axes merged. Operations: 74 add, 103 mul, 5 sincos.
  */
+SYMGEN_UNPAIRED
 void ur5_bias_force(const double q[6], const double v[6], double h[6])
 {
     const double t1 = q[1] + q[2];
@@ -2131,12 +2149,14 @@ void ur5_bias_force(const double q[6], const double v[6], double h[6])
     const double n_upper_arm_link_y = t53 - (t2 * t15 + 0.3369075105 * cos_q1 * t14);
     h[0] = -(n_upper_arm_link_y + 0.01615 * f_upper_arm_link_x);
 }
+SYMGEN_PAIRED
 
 /*
  * inverse_dynamics: tau = mass_matrix a + bias_force
  * From q (6, m or rad), v (6, m/s or rad/s), a (6, m/s^2 or rad/s^2) to tau (6, N or N.m).
  * Plan: recursive, parallel axes merged. Operations: 108 add, 126 mul, 5 sincos.
  */
+SYMGEN_UNPAIRED
 void ur5_inverse_dynamics(const double q[6], const double v[6], const double a[6], double tau[6])
 {
     const double t1 = q[1] + q[2];
@@ -2263,6 +2283,7 @@ void ur5_inverse_dynamics(const double q[6], const double v[6], const double a[6
     /* force: shoulder_link */
     tau[0] = 0.01615 * t63 - (t67 - (0.3369075105 * cos_q1 * t22 + t66)) + 0.2958181279045 * a[0];
 }
+SYMGEN_PAIRED
 
 /*
  * forward_dynamics: a = accelerations that solve mass_matrix a + bias_force = tau
@@ -2270,6 +2291,7 @@ void ur5_inverse_dynamics(const double q[6], const double v[6], const double a[6
  * Plan: articulated, parallel axes merged. Operations: 166 add, 222 mul, 5 div, 5 sincos.
  * Where there is no answer (a pivot that is not positive), every output is NaN.
  */
+SYMGEN_UNPAIRED
 void ur5_forward_dynamics(const double q[6], const double v[6], const double tau[6], double a[6])
 {
     const double t1 = q[1] + q[2];
@@ -2468,12 +2490,14 @@ void ur5_forward_dynamics(const double q[6], const double v[6], const double tau
         }
     }
 }
+SYMGEN_PAIRED
 
 /*
  * kinetic_energy: T = kinetic energy
  * From q (6, m or rad), v (6, m/s or rad/s) to T (scalar, J).
  * Plan: recursive. Operations: 49 add, 85 mul, 5 sincos.
  */
+SYMGEN_UNPAIRED
 void ur5_kinetic_energy(const double q[6], const double v[6], double T[1])
 {
     const double angles[8] = {q[1], q[2], q[3], q[4], q[5], 0.0, 0.0, 0.0};
@@ -2536,12 +2560,14 @@ void ur5_kinetic_energy(const double q[6], const double v[6], double T[1])
     const double t40 = t38 + (t37 + t19 * (0.236331 * t19));
     T[0] = 0.5 * (t40 + (t39 + t22 * (0.0171364731454 * t22)));
 }
+SYMGEN_PAIRED
 
 /*
  * potential_energy: V = potential energy of gravity and springs, zero at the ground origin
  * From q (6, m or rad) to V (scalar, J).
  * Plan: composite. Operations: 6 add, 9 mul, 3 sincos.
  */
+SYMGEN_UNPAIRED
 void ur5_potential_energy(const double q[6], double V[1])
 {
     const double angles[4] = {q[1], q[2], q[3], 0.0};
@@ -2560,6 +2586,7 @@ void ur5_potential_energy(const double q[6], double V[1])
     const double t3 = sin_q1 * (4.4329225 + (cos_q2 * t2 - sin_q2 * t1));
     V[0] = 9.81 * (1.5151591301 - (t3 + cos_q1 * (sin_q2 * t2 + cos_q2 * t1)));
 }
+SYMGEN_PAIRED
 
 /*
  * integrate: q_next = q after moving with v for dt, on the manifold
@@ -2581,6 +2608,7 @@ void ur5_integrate(const double q[6], const double v[6], double dt, double q_nex
  * From q (6, m or rad) to pose (4 x 4, m or 1).
  * Plan: literal. Operations: 41 add, 68 mul, 6 sincos.
  */
+SYMGEN_UNPAIRED
 void ur5_frame_pose_tool0(const double q[6], double pose[16])
 {
     const double angles[8] = {q[0], q[1], q[2], q[3], q[4], q[5], 0.0, 0.0};
@@ -2640,3 +2668,4 @@ void ur5_frame_pose_tool0(const double q[6], double pose[16])
     pose[14] = 0.0;
     pose[15] = 1.0;
 }
+SYMGEN_PAIRED
