@@ -2,8 +2,8 @@
 
     python -m tools.bench [--peers a,b] [--variants standard] [--limit SECONDS] [--ablation] [-o DIR] [NAME or SCENE …]
 
-Leaves NAME.json, NAME.csv, NAME.html, figures and summary.md in the folder (out/bench). Compiled files are kept there,
-so a second run only measures.
+Leaves NAME.json, NAME.csv, NAME.html, figures, peers.html and summary.md in the folder (out/bench). Compiled files are
+kept there, so a second run only measures.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from symgen.bench import BenchResult, Settings, ablation, bench, write_files
 from symgen.bench.peers.forms import CHOICES
 from symgen.bench.variant import FUNCTIONS
 from symgen.errors import SymgenError
+from symgen.report.peers import peers_page
 from symgen.scene.load import load
 from symgen.scene.outputs import parse_outputs
 from symgen.scene.request import request
@@ -100,6 +101,7 @@ def summary(results: Sequence[BenchResult]) -> str:
     for result in results:
         parts.append(f"### {result.scene} (nv = {result.nv})")
         parts += [f"{title}\n\n{result.markdown(what)}" for title, what in TABLES]
+        parts.append(f"Programs worth having (a star: only noise keeps them here):\n\n{result.frontier_markdown()}")
     return "\n\n".join(parts) + "\n"
 
 
@@ -143,6 +145,7 @@ def main() -> int:
             status = max(status, 2)
     if results:
         (options.output / "summary.md").write_text(summary(results))
+        (options.output / "peers.html").write_text(peers_page([result.to_json() for result in results]))
     return status
 
 

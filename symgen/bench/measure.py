@@ -25,6 +25,7 @@ from symgen.bench.result import BenchResult, FunctionFacts, Row
 from symgen.bench.variant import OURS, Array, Found, Left, Problem, State, Unit, Variant
 from symgen.bench.workshop import LIMIT_S, NATIVE, Compiled, CompileError, Workshop, compiler_version, open_workshop
 from symgen.catalogue import STATE_INPUTS, input_ports
+from symgen.errors import SceneError
 from symgen.integrators.plan import without_steps
 from symgen.program.instructions import Program, count
 from symgen.scene.canonical import with_hash
@@ -124,15 +125,19 @@ def comparable(scene: Scene) -> tuple[Scene, list[str]]:
 def bench(scene: Scene, settings: Settings = Settings(), say: Say = lambda what: None) -> BenchResult:
     """Measure every function the scene asks for, ours and the peers'; see `BenchResult` for the figures.
 
-    Raises ToolError without a C compiler, SceneError for a peer of an unknown name. What a peer cannot do is said in
-    the result.
+    Raises ToolError without a C compiler, SceneError for peers or variants of an unknown name. What a peer cannot do is
+    said in the result.
     """
     peers, missing = registry.chosen(settings.peers)
+    if settings.variants not in forms.CHOICES:
+        raise SceneError(f"no variants {settings.variants!r}; there are: {', '.join(forms.CHOICES)}", "--variants")
     notes: list[str] = []
     alone = without_steps(scene.outputs)
     if alone != scene.outputs:
         scene = with_hash(replace(scene, outputs=alone))
-        notes.append("steps are left out, and what they call is measured: see python -m symgen.validation.work_precision")
+        notes.append(
+            "steps are left out, and what they call is measured: see python -m symgen.validation.work_precision"
+        )
     if any(peer.physics for peer in peers):
         scene, changed = comparable(scene)
         notes += changed

@@ -10,7 +10,7 @@ from typing import Any
 from symgen.bench.frontier import NOISE, SAMPLED
 from symgen.bench.result import BenchResult, Row
 from symgen.bench.variant import OURS
-from symgen.report.measured.speed import LOOKS, UNKNOWN, broken, number, thousands
+from symgen.report.measured.speed import LOOKS, UNKNOWN, broken, left_table, number, thousands
 from symgen.report.shell import ALONE, Place, page
 from symgen.report.strips import Strip, strips
 from symgen.report.tables import Table, scientific
@@ -236,8 +236,8 @@ def left(results: Sequence[BenchResult]) -> Table:
     """What was asked of other programs and not measured."""
     lines: dict[tuple[str, str, str], list[str]] = {}
     for result in results:
-        for row in result.left:
-            if not row.peer.startswith(OURS) or row.peer in LOOKS:
-                lines.setdefault((row.peer, row.function or "all", row.why), []).append(result.scene)
-    rows = tuple((peer, function, why, ", ".join(names)) for (peer, function, why), names in lines.items())
-    return Table("What was not measured", ("program", "function", "why", "scenes"), rows)
+        for peer, functions, why in left_table(result).rows:
+            if not peer.startswith(OURS) or peer in LOOKS:
+                lines.setdefault((peer, functions, why), []).append(result.scene)
+    rows = tuple((peer, functions, why, ", ".join(names)) for (peer, functions, why), names in lines.items())
+    return Table("Left out", ("program", "function", "why", "scenes"), rows)

@@ -265,8 +265,16 @@ def _cell(row: Row | None, own: Row | None, what: str) -> str | Markup:
 
 
 def left_table(result: BenchResult) -> Table:
-    rows = tuple((left.peer, left.function or "all", left.why) for left in result.left)
-    return Table("What was not measured", ("program", "function", "why"), rows)
+    """One line for what has one reason."""
+    lines: dict[tuple[str, str], list[str]] = {}
+    for row in result.left:
+        lines.setdefault((row.peer, row.why), []).append(row.function)
+    every = len(result.functions)
+    rows = tuple(
+        (peer, "all" if "" in names or len(names) == every > 1 else ", ".join(names), why)
+        for (peer, why), names in lines.items()
+    )
+    return Table("Left out", ("program", "function", "why"), rows)
 
 
 def machine(result: BenchResult) -> list[tuple[str, str]]:
