@@ -22,6 +22,8 @@ LEAST = 1e-19
 """What is smaller is drawn there: exact results have no logarithm."""
 ROOM_X, ROOM_Y = 0.09, 0.16
 """Decades around the outermost dots."""
+SHORTEST = 0.9
+"""Decades that a piece of the axis has at least."""
 LEFT, RIGHT, TOP, BOTTOM, GAP = 66.0, 28.0, 28.0, 46.0, 20.0
 TAIL = 24.0
 """How far dashed stairs go on behind their last corner; the others go to the end."""
@@ -124,7 +126,9 @@ def bands_of(dots: Sequence[Dot], levels: Sequence[Level], top: float, bottom: f
     spans = []
     for piece in pieces:
         near = [y for y in (math.log10(level.y) for level in levels) if piece[0] - 1.5 <= y <= piece[-1] + 1.5]
-        spans.append((min(piece + near) - ROOM_Y, max(piece + near) + ROOM_Y))
+        low, high = min(piece + near) - ROOM_Y, max(piece + near) + ROOM_Y
+        more = max(0.0, SHORTEST - (high - low)) / 2
+        spans.append((low - more, high + more))
     weights = [1.0 + 0.12 * len(piece) for piece in pieces]
     free = bottom - top - GAP * (len(pieces) - 1)
     bands, start = [], bottom
