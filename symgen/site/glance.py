@@ -77,6 +77,21 @@ def _simulators(subject: Subject) -> Glance | None:
     return Glance(scientific(worst.value), "validation", "", f"{worst.quantity}, {worst.source}")
 
 
+def _rounding(subject: Subject) -> Glance | None:
+    """The largest error of the functions as they are emitted, in double, that was sampled or found by a search."""
+    rows = subject.data.get("rounding", {}).get("rows", [])
+    errors = {
+        row["function"]: (max(row["largest"], row["sought"] or 0.0), row["backward"])
+        for row in reversed(rows)
+        if row["chosen"] and row["variant"] == "double"
+    }
+    if not errors:
+        return None
+    name = max(errors, key=lambda function: errors[function][0])
+    error, units = errors[name]
+    return Glance(scientific(error), "rounding", "", f"{name}, {units:.2g} units of the problem's condition")
+
+
 def _one_call(subject: Subject) -> list[Mapping[str, Any]]:
     """What was timed of forward dynamics, one state a call in double."""
     rows = subject.data.get("speed", {}).get("rows", [])
@@ -110,6 +125,7 @@ COLUMNS: dict[str, tuple[str, Column]] = {
     "freedom": ("degrees of freedom", _freedom),
     "functions": ("functions", _functions),
     "operations": ("operations", _operations),
+    "rounding": ("largest rounding error", _rounding),
     "simulators": ("largest difference to a simulator", _simulators),
     "time": ("time of a call", _time),
     "peers": ("fastest of the others", _peers),

@@ -42,7 +42,10 @@ MEASURES = {
             "validation", "Validation", "symgen.site.validation", "validation_data", {"states": 1000}, {"states": 1000}
         ),
         Measure("motion", "Motion", "symgen.simulate", "motion_data"),
-        Measure("rounding", "Rounding error", "symgen.accuracy", "rounding_data"),
+        Measure(
+            "rounding", "Rounding error", "symgen.accuracy.data", "rounding_data",
+            {"states": 1000, "search": 0}, {"states": 10_000, "search": 400},
+        ),
         Measure(
             "precision", "Work and precision", "symgen.site.adapters", "precision_data",
             {"effort": "quick"}, {"effort": "full"}, alone=True,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -13,6 +12,7 @@ from markupsafe import Markup
 
 from symgen.artifact import Artifact
 from symgen.report import measured as sections
+from symgen.report.code_page import code_page
 from symgen.report.page import IndexEntry, write_report, write_text
 from symgen.report.shell import ALONE
 from symgen.scene.model import Scene
@@ -21,7 +21,7 @@ from symgen.site.glance import Glance, glances
 from symgen.site.measures import MEASURES
 from symgen.site.store import Record, code_digest, read_json, read_record, record_path, scene_key
 from symgen.site.validation import read_validation
-from symgen.system import System, derive
+from symgen.system import derive
 
 BOOK, CODE_PAGE = "index.html", "code.html"
 FORMAT = 1
@@ -88,7 +88,9 @@ def make_pages(scene: Scene, out: Path, folder: str) -> Card:
     code = CODE_PAGE if artifact is not None else ""
     entry = write_report(out / folder / BOOK, scene, validation, artifact, shown, code_href=code)
     pages = [("Equations", BOOK)]
-    if artifact is not None and _write_code_page(out / folder / CODE_PAGE, system, artifact):
+    if artifact is not None:
+        text = code_page(system, artifact.directory, artifact.manifest, ALONE, BOOK)
+        write_text(out / folder / CODE_PAGE, text)
         pages.append(("Code", CODE_PAGE))
     failed = [f"{MEASURES[id].title.lower()}: {record.failed}" for id, record in stored.items() if record.failed]
     passed, verdict = entry.passed, entry.verdict
@@ -111,16 +113,6 @@ def _row(record: Record, folder: str) -> dict[str, Any]:
         "failed": bool(record.failed),
         "file": f"../{DATA}/{folder}/{record.id}.json",
     }
-
-
-def _write_code_page(path: Path, system: System, artifact: Artifact) -> bool:
-    """Whether there is one."""
-    try:
-        code_page = importlib.import_module("symgen.report.code_page").code_page
-    except ImportError:
-        return False
-    write_text(path, code_page(system, artifact.directory, artifact.manifest, ALONE, BOOK))
-    return True
 
 
 def card_path(out: Path, folder: str) -> Path:
