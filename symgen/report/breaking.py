@@ -91,11 +91,15 @@ class Breaking(MathMl):
             together += piece
         return [*found, line]
 
-    def broken(self, left: str, right: str) -> str:
-        """``left = right`` with its further lines under the first one, after the sign of equality."""
+    def rows(self, left: str, right: str) -> list[str]:
+        """``left = right`` as rows of a table: further lines of the right side stand under its first."""
         lines = self.lines(right, max(30.0, WIDEST - width(left) - 3))
-        if len(lines) == 1:
-            return f"<mrow>{left}<mo>=</mo>{right}</mrow>"
-        rows = [f"<mtr><mtd>{left}</mtd><mtd><mo>=</mo></mtd><mtd><mrow>{lines[0]}</mrow></mtd></mtr>"]
-        rows += [f"<mtr><mtd></mtd><mtd></mtd><mtd><mrow>{line}</mrow></mtd></mtr>" for line in lines[1:]]
+        found = [f"<mtr><mtd>{left}</mtd><mtd><mo>=</mo></mtd><mtd><mrow>{lines[0]}</mrow></mtd></mtr>"]
+        return found + [f"<mtr><mtd></mtd><mtd></mtd><mtd><mrow>{line}</mrow></mtd></mtr>" for line in lines[1:]]
+
+    def aligned(self, pairs: Sequence[tuple[str, str]]) -> str:
+        """Equations under each other, aligned at their signs of equality."""
+        if len(pairs) == 1 and width(pairs[0][1]) <= WIDEST - width(pairs[0][0]) - 3:
+            return f"<mrow>{pairs[0][0]}<mo>=</mo>{pairs[0][1]}</mrow>"
+        rows = [row for pair in pairs for row in self.rows(*pair)]
         return f'<mtable class="lines">{"".join(rows)}</mtable>'

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import sympy
 from markupsafe import Markup
@@ -64,6 +64,7 @@ FIG1 = ("revolute revolute prismatic revolute", "r2 u2 r3 u3 r4 r5 u5 r6 u6", (-
 FIG2 = (
     "floating revolute revolute prismatic revolute", "r1 u1 r2 u2 r3 u3 r4 u4 r5 r6 u6 r7 u7 r8 u8", (-1, 0, 1, 2, 0)
 )  # fmt: skip
+COUPLED = "In joint coordinates: here joints follow others, in the paper they do not"
 PRINTED = {FIG1: "4.9", FIG2: "4.13"}
 """Systems whose R the paper prints: joints, entities, parents."""
 
@@ -87,7 +88,11 @@ def equations(system: System) -> Sequence[Equation]:
             continue
         if wanted.row == "gravity_force" and not any(system.scene.gravity):
             continue
-        found.append(_joint(system, wanted) if joint else _paper(system, wanted))
+        if not joint:
+            found.append(_paper(system, wanted))
+            continue
+        words = COUPLED if wanted.symbols == "paper" else wanted.words
+        found.append(_joint(system, replace(wanted, words=words)))
     return found
 
 
@@ -146,13 +151,13 @@ def _joint(system: System, wanted: _Wanted) -> Equation:
         rows = [[setter.set(found.value[i, j]) for j in range(found.value.cols)] for i in range(found.value.rows)]
         wide = sum(max(width(row[k]) for row in rows) + 3 for k in range(len(rows[0]))) + width(left)
         if wide <= WIDEST:
-            texts = [style.broken(*pair) for pair in pairs]
+            texts = [style.aligned(pairs)] if pairs else []
             texts.append(f"<mrow>{left}<mo>=</mo>{bracketed(style.matrix(rows))}</mrow>")
             return _finished(system, wanted, texts, remarks, wide, setter.rounded)
         listed, remark = _listed(left, rows)
         pairs += _opened(style, listed)
         remarks += [remark] if remark else []
-    texts = [style.broken(*pair) for pair in pairs]
+    texts = [style.aligned(pairs)]
     wide = max(max(width(line) for line in style.lines(right)) + width(name) for name, right in pairs)
     return _finished(system, wanted, texts, remarks, wide, setter.rounded)
 
@@ -163,10 +168,7 @@ def _finished(
     size = sum(map(len, texts))
     if size > LONGEST:
         return _unprinted(system, wanted)
-    lines = [
-        element(text, f"{wanted.title}, line {k + 1} of {len(texts)}" if len(texts) > 1 else wanted.title)
-        for k, text in enumerate(texts)
-    ]
+    lines = [element(text, wanted.title) for text in texts]
     if rounded:
         remarks = [*remarks, "numbers rounded to six digits here; they are derived exactly"]
     shown = size <= SHOWN[wanted.symbols]

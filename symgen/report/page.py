@@ -229,7 +229,8 @@ def _problem(system: System) -> dict[str, object]:
         "introduction": words.introduction(system),
         "joint_sentences": sentences,
         "force_sentences": words.force_sentences(scene),
-        "asked": [output.name for output in system.outputs],
+        "asked": [(function_name(output.name), output.name) for output in system.outputs],
+        "limited": any(joint.limits for joint in scene.joints),
         "bodies": tables.bodies(system),
     }
 

@@ -116,6 +116,29 @@ def _turned(rotation: Matrix3) -> str:
     return minus(f", turned by {math.degrees(angle):.4g}° about ({unit})")
 
 
+_ANGLE = {"armature": " kg·m²", "damping": " N·m·s/rad", "stiffness": " N·m/rad", "rest": " rad", "effort": " N·m"}
+_LINE = {"armature": " kg", "damping": " N·s/m", "stiffness": " N/m", "rest": " m", "effort": " N"}
+UNITS: dict[str, dict[str, str]] = {
+    "mixed": dict.fromkeys(_ANGLE, ""),
+    "prismatic": _LINE,
+    **dict.fromkeys(("revolute", "continuous", "helical", "universal", "spherical"), _ANGLE),
+}
+"""Of quantities of a joint; none where its coordinates have different ones."""
+
+
+def _limits(joint: Joint) -> list[str]:
+    """What the source says of limits, which the equations do not know."""
+    limits, units = dict(joint.limits), UNITS.get(joint.type, UNITS["mixed"])
+    found = []
+    if {"lower", "upper"} <= limits.keys() and limits["lower"] < limits["upper"]:
+        found.append(minus(f"limits {limits['lower']:g} to {limits['upper']:g}{units['rest']}"))
+    if limits.get("velocity"):
+        found.append(f"speed at most {limits['velocity']:g}{units['rest']}{'/s' if units['rest'] else ''}")
+    if limits.get("effort"):
+        found.append(f"effort at most {limits['effort']:g}{units['effort']}")
+    return found
+
+
 def joint_sentence(joint: Joint, parent: str, child: str) -> str:
     """What a joint lets its child do."""
     there = "the ground" if parent == GROUND else parent
@@ -136,12 +159,16 @@ def joint_sentence(joint: Joint, parent: str, child: str) -> str:
     }
     extra = []
     if joint.mimic:
-        place = f"{exact(joint.mimic.multiplier)} times the position of {joint.mimic.joint}"
-        extra.append(f"at {place}" + (f" plus {exact(joint.mimic.offset)}" if joint.mimic.offset else ""))
+        multiplier, offset = joint.mimic.multiplier, joint.mimic.offset
+        times = "" if multiplier == 1 else f"{exact(multiplier)} times "
+        shift = f" {'plus' if offset > 0 else 'minus'} {exact(abs(offset))}" if offset else ""
+        extra.append(f"at {times}the position of {joint.mimic.joint}{shift}")
+    turning = UNITS.get(joint.type, UNITS["mixed"])
     if joint.armature:
-        extra.append(f"armature {exact(joint.armature)}")
+        extra.append(f"armature {exact(joint.armature)}{turning['armature']}")
     if joint.damping:
-        extra.append(f"damping {exact(joint.damping)}")
+        extra.append(f"damping {exact(joint.damping)}{turning['damping']}")
+    extra += _limits(joint)
     tail = f" ({', '.join(extra)})" if extra else ""
     where = "" if joint.type == "floating" else at
     return f"{child} {kinds[joint.type]}{where}{tail}."
@@ -149,6 +176,7 @@ def joint_sentence(joint: Joint, parent: str, child: str) -> str:
 
 def force_sentences(scene: Scene) -> list[str]:
     sentences = []
+    types = {joint.name: joint.type for joint in scene.joints}
     for force in scene.forces:
         name = f"{force.name}: " if force.name else ""
         if isinstance(force, Spring):
@@ -158,9 +186,11 @@ def force_sentences(scene: Scene) -> list[str]:
                 f"{exact(force.length)} m long at rest, joins {triple(p)} m of {a} and {triple(q)} m of {b}."
             )
         elif isinstance(force, JointSpring):
+            units = UNITS.get(types.get(force.joint, "mixed"), UNITS["mixed"])
+            damping = f", damping {exact(force.damping)}{units['damping']}" if force.damping else ""
             sentences.append(
-                f"{name}a spring on {force.joint}: stiffness {exact(force.stiffness)}, damping {exact(force.damping)}, "
-                f"at rest at {exact(force.rest)}."
+                f"{name}a spring on {force.joint}: stiffness {exact(force.stiffness)}{units['stiffness']}{damping}, "
+                f"at rest at {exact(force.rest)}{units['rest']}."
             )
     return sentences
 

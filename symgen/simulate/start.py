@@ -8,7 +8,7 @@ Rules, in this order:
 * Angles on which the potential energy does not depend turn at `SPIN`.
 * A ball joint whose body stands on it spins faster than the sleeping top must; one whose body hangs swings and turns.
 * A free body tumbles about its middle principal axis, nearly.
-* What falls, slides or climbs is thrown against its acceleration, so that it comes back to where it was at the end.
+* What falls, slides or climbs is thrown against its acceleration, as far as it would come back under that alone.
 """
 
 from __future__ import annotations
@@ -224,7 +224,7 @@ def _throw(chooser: _Chooser, coordinates: list[_Coordinate], seconds: float) ->
     seconds = min(seconds, float(f"{math.sqrt(FALL * chooser.size / fastest):.2g}"))
     for place, _ in loose:
         chooser.v[place] = float(f"{-a[place] * seconds / 2:.3g}")
-    chooser.said.append("What falls or slides is thrown, so that it comes back.")
+    chooser.said.append("What falls or slides is thrown against its fall.")
     return seconds
 
 

@@ -1,0 +1,201 @@
+"""The motion in a page: the data are a motion of the mechanism, and the page plays them."""
+
+from __future__ import annotations
+
+import html
+import json
+import math
+import re
+import shutil
+import subprocess
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from symgen.errors import NotSupportedError, SceneError
+from symgen.report.measured import motion as section
+from symgen.report.mechanism import draw
+from symgen.report.page import write_report
+from symgen.report.player import STILLS, player
+from symgen.scene.load import load
+from symgen.simulate import motion_data
+from symgen.system import derive
+from tests.report import pages
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@cache
+def data(name: str) -> dict[str, Any]:
+    return motion_data(load(ROOT / f"examples/{name}.scene.yaml"), lambda _: None, seconds=4.0, frames=60)
+
+
+def rotation(x: float, y: float, z: float, w: float) -> np.ndarray:
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def test_bodies_are_where_the_angles_put_them() -> None:
+    found = data("double_pendulum")
+    assert len(found["times"]) == len(found["poses"]) == len(found["q"]) == 60 and found["times"][-1] == 4.0
+    for (first, second), row in zip(found["q"], found["poses"], strict=True):
+        upper, lower = np.array(row[:7]), np.array(row[7:])
+        assert np.allclose(upper[:3], 0)
+        assert np.allclose(rotation(*upper[3:]) @ [0, 0, -1], [-math.sin(first), 0, -math.cos(first)], atol=1e-4)
+        elbow = rotation(*upper[3:]) @ [0, 0, -1]
+        assert np.allclose(lower[:3], elbow, atol=1e-4)
+        assert np.allclose(
+            rotation(*lower[3:]) @ [0, 0, -1], [-math.sin(first + second), 0, -math.cos(first + second)], atol=1e-4
+        )
+
+
+def test_energy_stays_and_something_happens() -> None:
+    found = data("double_pendulum")
+    total = np.array(found["kinetic"]) + np.array(found["potential"])
+    assert found["conservative"] and np.ptp(total) < 1e-3 * max(found["kinetic"])
+    assert found["monitors"]["energy_drift"] < 1e-6
+    assert np.ptp(np.array(found["q"]), axis=0).min() > 0.5
+
+
+@pytest.mark.parametrize("name", ["spinning_top", "slope_body"])
+def test_quaternions_are_of_unit_length_and_do_not_jump(name: str) -> None:
+    poses = np.array(data(name)["poses"]).reshape(len(data(name)["times"]), -1, 7)
+    turns = poses[:, :, 3:]
+    assert np.allclose(np.linalg.norm(turns, axis=2), 1, atol=1e-4)
+    assert np.all(np.sum(turns[1:] * turns[:-1], axis=2) > 0.4), "two frames are more than 2.4 rad apart"
+
+
+def test_a_top_precesses_and_does_not_fall() -> None:
+    found = data("spinning_top")
+    axes = np.array([rotation(*row[3:7])[:, 2] for row in found["poses"]])
+    tilt, azimuth = np.arccos(axes[:, 2]), np.unwrap(np.arctan2(axes[:, 1], axes[:, 0]))
+    assert tilt.max() < 0.8 and abs(azimuth[-1] - azimuth[0]) > 1.0
+
+
+def test_what_slides_is_thrown_and_comes_back() -> None:
+    found = data("slope_body")
+    x = [row[0] for row in found["q"]]
+    assert x[0] == 0 and abs(x[-1]) < 1e-3 and min(x) < -0.02, "with constant acceleration it is back at the end"
+
+
+def test_the_data_are_small_and_always_the_same() -> None:
+    scene = load(ROOT / "examples/pendulum.scene.yaml")
+    first, second = (motion_data(scene, lambda _: None, seconds=1.0) for _ in range(2))
+    assert json.dumps(first) == json.dumps(second)
+    assert len(json.dumps(first)) < 40_000
+
+
+def test_refusals() -> None:
+    with pytest.raises(NotSupportedError):
+        motion_data(load(ROOT / "examples/four_bar.scene.yaml"), lambda _: None)
+    with pytest.raises(SceneError):
+        motion_data(load(ROOT / "examples/pendulum.scene.yaml"), lambda _: None, seconds=0.0)
+
+
+def test_the_page_has_player_stills_and_curves(tmp_path: Path) -> None:
+    scene = load(ROOT / "examples/double_pendulum.scene.yaml")
+    write_report(tmp_path / "page.html", scene, measured={"motion": data("double_pendulum")})
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    seen = pages.read_html(page)
+    assert seen.wrong == [] and seen.open == [] and len(seen.ids) == len(set(seen.ids))
+    pages.read_xml(page)
+    told = json.loads(re.findall(r'id="motion-data">(.*?)</script>', page, re.S)[0])
+    assert len(told["frames"]) == 60 and len(told["corners"]) == 2
+    assert page.count('class="still"') == STILLS and page.count('class="cursor"') == 2
+    assert "autoplay" not in page and "the tip of lower" in page
+    write_report(tmp_path / "without.html", scene)
+    assert "motion-data" not in (tmp_path / "without.html").read_text(encoding="utf-8")
+
+
+def test_hostile_names_stay_text(tmp_path: Path) -> None:
+    scene = pages.hostile_scene()
+    found = motion_data(scene, lambda _: None, seconds=1.0, frames=10)
+    write_report(tmp_path / "page.html", scene, measured={"motion": found})
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    seen = pages.read_html(page)
+    assert seen.wrong == [] and seen.open == []
+    assert "img" not in {tag for tag, _, _ in seen.attributes}
+    assert f"arm{pages.HOSTILE}" in "".join(seen.text)
+
+
+def test_stills_show_different_places() -> None:
+    scene = derive(load(ROOT / "examples/pendulum.scene.yaml"))
+    made = player(draw(scene), data("pendulum"), 1.0)
+    assert len(made.stills) == STILLS and len({str(still.picture) for still in made.stills}) == STILLS
+    assert made.points
+    numbers = [float(x) for x in re.findall(r"[ML ](-?\d+\.?\d*) ", str(made.stills[0].picture))]
+    assert numbers and min(numbers) >= 0 and max(numbers) <= 220
+
+
+def test_many_coordinates_are_not_all_drawn() -> None:
+    one = data("pendulum")
+    many = {
+        **one,
+        "joints": [{"name": f"j{k}", "type": "revolute", "q": [k, 1], "v": [k, 1]} for k in range(30)],
+        "q": [[row[0]] * 30 for row in one["q"]],
+    }
+    values = section.values(many)
+    assert len(values["panels"]) == 7 and "six coordinates more" in str(values["hidden"])  # type: ignore[arg-type]
+
+
+PROBE = """
+const run = async () => {
+  const inner = document.querySelector("iframe").contentDocument, at = id => inner.getElementById(id);
+  const wait = ms => new Promise(done => setTimeout(done, ms));
+  const solids = () => [...inner.querySelectorAll("#motion-drawing .solids path")].map(e => e.getAttribute("d")).join();
+  for (let k = 0; k < 100 && !solids(); k++) await wait(50);
+  const found = {hidden: at("motion-player").hidden, first: at("motion-readout").textContent, wide: 0};
+  const before = solids();
+  await wait(300);
+  found.still = solids() === before;
+  at("motion-play").click();
+  await wait(1500);
+  found.later = at("motion-readout").textContent;
+  at("motion-play").click();
+  found.moved = solids() !== before;
+  const stopped = at("motion-time").value;
+  await wait(300);
+  found.stopped = at("motion-time").value === stopped;
+  at("motion-time").value = 2;
+  at("motion-time").dispatchEvent(new Event("input"));
+  await wait(300);
+  found.scrubbed = at("motion-readout").textContent;
+  found.cursor = inner.querySelector("#motion .cursor").getAttribute("transform");
+  found.traces = inner.querySelectorAll("#motion-drawing .trace").length;
+  found.wide = inner.documentElement.scrollWidth - inner.documentElement.clientWidth;
+  document.title = JSON.stringify(found);
+};
+document.querySelector("iframe").addEventListener("load", run);
+"""
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome") or ""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not CHROMIUM, reason="no Chromium")
+def test_it_plays(tmp_path: Path) -> None:
+    """Nothing moves by itself; play, pause and the time slider do what they say; the curves' cursor follows."""
+    scene = load(ROOT / "examples/double_pendulum.scene.yaml")
+    write_report(tmp_path / "page.html", scene, measured={"motion": data("double_pendulum")})
+    frame = html.escape((tmp_path / "page.html").read_text(encoding="utf-8"))
+    wrapper = tmp_path / "wrapper.html"
+    inner = f'<iframe width="400" height="900" srcdoc="{frame}"></iframe><script>{PROBE}</script>'
+    wrapper.write_text(f"<!doctype html><meta charset=utf-8><body>{inner}", encoding="utf-8")
+    flags = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--dump-dom"]
+    flags += ["--virtual-time-budget=20000", f"--user-data-dir={tmp_path / 'profile'}"]
+    command = [CHROMIUM, *flags, wrapper.as_uri()]
+    shown = subprocess.run(command, check=True, capture_output=True, text=True, timeout=120)
+    title = re.search(r"<title>(.*?)</title>", shown.stdout)
+    assert title is not None, "the probe did not finish"
+    found = json.loads(html.unescape(title[1]))
+    assert found["hidden"] is False and found["first"].startswith("0.00") and found["still"]
+    assert found["moved"] and not found["later"].startswith("0.00") and found["stopped"]
+    assert found["scrubbed"].startswith("2.00") and found["cursor"] != "translate(0.0 0)"
+    assert found["traces"] == 2 and found["wide"] <= 0
