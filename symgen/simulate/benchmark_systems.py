@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import tempfile
 import time
 from collections.abc import Iterator
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 
+from symgen.generate import generate
 from symgen.scene.builder import SceneBuilder
-from symgen.scene.model import Scene
+from symgen.scene.model import Output, Scene
+from symgen.scene.request import request
 from symgen.simulate import exact
 from symgen.simulate.answers import FINE, GRAVITY, Answer, answer, largest
 from symgen.simulate.model import Array, Model
@@ -108,6 +112,38 @@ def divergence() -> Iterator[Answer]:
     yield answer(ours, "double pendulum", "q between dt 1 ms and 0.5 ms", float(apart), 1e-5, "itself", note)
 
 
+def pair_scene() -> Scene:
+    """A floating body of 2 kg that carries one of 1 kg on a ball joint, both lopsided, no weight."""
+    scene = SceneBuilder("tumbling_pair", gravity=(0, 0, 0))
+    scene.body("hull", mass=2, com=("0.1", 0, "0.2"), inertia=("0.3", "0.2", "0.25", "0.01", 0, "0.02"))
+    scene.body("arm", mass=1, com=(0, "0.3", "-0.1"), inertia=("0.05", "0.02", "0.06", 0, 0, 0))
+    scene.joint("base", "floating", "ground", "hull")
+    return scene.joint("wrist", "spherical", "hull", "arm", xyz=(0, "0.2", "0.1")).build()
+
+
+def tumbling_pair() -> Iterator[Answer]:
+    """Nothing is known of this motion but its first integrals: a million steps by the steps that should keep them."""
+    scene = pair_scene()
+    rows = tuple(Output(name, (name,)) for name in ("momentum", "center_of_mass"))
+    model, name = Model(scene, ("implicit_midpoint", "variational")), "tumbling pair"
+    with tempfile.TemporaryDirectory() as folder:
+        functions = generate(request(scene, rows, targets=("c",)), Path(folder)).load()
+
+    def momenta(q: Array, v: Array) -> Array:
+        found = np.asarray(functions.momentum(q, v))
+        return np.concatenate([found[:3], found[3:] + np.cross(functions.center_of_mass(q), found[:3])])
+
+    start = [0.1, 0.2, 0.3, 1.0, -0.5, 0.7, 0.6, -0.8, 1.2]
+    for method, bar in (("variational", 2e-4), ("implicit_midpoint", 0.1)):
+        motion = simulate(model, None, start, 10_000.0, method=method, dt=1e-2, samples=10_001)
+        drift, what = motion.monitors.energy_drift, "over 1,000,000 steps of 10 ms"
+        yield answer(motion, name, f"energy {what}", drift, bar, "energy is kept")
+        if method == "variational":
+            first, last = (momenta(motion.q[k], motion.v[k]) for k in (0, -1))
+            lost = float(np.abs(last - first).max())
+            yield answer(motion, name, f"momenta {what}, N s, N m s", lost, 1e-8, "momenta are kept")
+
+
 THIN, ROD = Fraction(1, 200_000), Fraction(100_01, 400_000)
 """Moments of 0.3 kg of 1 × 0.01 × 0.01 m, along and across: m a²/6, m (1 + a²)/12."""
 BALL = Fraction(5)
@@ -185,4 +221,4 @@ def governor() -> Iterator[Answer]:
     yield answer(explicit, name, "s over 1 s, m", error, 5e-3, "rigid couplers, one coordinate", kept=False)
 
 
-PROBLEMS = (oscillators, zigzag, divergence, governor)
+PROBLEMS = (oscillators, zigzag, tumbling_pair, divergence, governor)

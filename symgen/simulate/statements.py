@@ -79,6 +79,13 @@ STATEMENTS: dict[str, Statement] = {
         "Its energy stays; solvers and steps come to the same place.",
         "after the chains of Featherstone, Rigid Body Dynamics Algorithms, § 10",
     ),
+    "tumbling pair": Statement(
+        "A lopsided body floats without weight and carries another one on a ball joint; both tumble for 10,000 s. Two "
+        "implicit steps of order 2 are compared: the variational one, and the midpoint rule in q and v.",
+        "Energy, linear and angular momentum (about the origin) stay what they were.",
+        "Marsden & West, Acta Numerica 2001: a discrete action that does not change when everything is turned keeps "
+        "momenta exactly, and energy within a band",
+    ),
     "double pendulum": Statement(
         "Two rods swing high. The motion is chaotic, so that two correct programs part: rounding grows e-fold in half "
         "a second.",

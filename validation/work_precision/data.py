@@ -16,13 +16,11 @@ from symgen.simulate.model import Model
 from symgen.validation.work_precision.energies import long_run
 from symgen.validation.work_precision.orders import order
 from symgen.validation.work_precision.programs import OURS_C, pinocchio_end, programs, versions
-from symgen.validation.work_precision.setting import FINEST, Setting, checked, prepare
+from symgen.validation.work_precision.setting import FINEST, Setting, checked, prepare, undamped
 from symgen.validation.work_precision.sweep import Point, sweep
 
 GOOD = 1e-5
 """The long run takes the longest steps with which ``rk4`` ends within this of the reference."""
-
-
 LOST = 0.1
 """Relative change of the energy beyond which a run is no motion of the mechanism."""
 SLIDING = ("prismatic", "cylindrical", "planar", "helical")
@@ -43,16 +41,19 @@ QUICK = Effort(tuple(2**k for k in range(4, 13)), tuple(10.0**-k for k in range(
 """A few seconds of CPU time a scene."""
 FULL = Effort(tuple(2**k for k in range(4, 15)), tuple(10.0**-k for k in range(2, 14)), 3, 20.0, 1_000_000)
 """One to three minutes a scene."""
+EFFORTS = {"quick": QUICK, "full": FULL}
 
 
 def precision_data(
-    scene: Scene, say: Callable[[str], None], *, seconds: float = 1.0, effort: Effort = QUICK
+    scene: Scene, say: Callable[[str], None], *, seconds: float = 1.0, effort: Effort | str = QUICK
 ) -> dict[str, Any]:
-    """Measure one scene over ``seconds`` of motion. ``say`` is told what is being run.
+    """Measure one scene over ``seconds`` of motion. ``say`` is told what is being run; ``effort`` is "quick" or "full",
+    or settings of one's own.
 
     Raises SymgenError for scenes without such functions (closed loops), ToolError without SciPy or a C compiler; peers
     that are missing or cannot hold the scene are listed under ``skipped``.
     """
+    effort = EFFORTS[effort] if isinstance(effort, str) else effort
     say("reference")
     at = prepare(scene, seconds)
     with contextlib.suppress(SymgenError):  # listed under ``skipped`` below
@@ -83,17 +84,17 @@ def precision_data(
 
 def _energy(at: Setting, points: Sequence[Point], steps: int, say: Callable[[str], None]) -> dict[str, Any]:
     """Long runs of all steps, or why there are none."""
-    if not at.energy.kept:
-        return {"reason": "Dampers take energy here."}
     mine = [x for x in points if (x.program, x.integrator) == (OURS_C, "step:rk4") and not x.failed]
     good = [x.setting for x in mine if x.error is not None and x.error < GOOD]
     if not good:
         return {"reason": "No step is short enough to begin with."}
     dt = at.end / good[0]
-    model, weightless = at.model, any(link.joint.type == "floating" for link in at.mechanism.links)
-    if weightless:
-        still = with_hash(replace(at.scene, gravity=(Fraction(0),) * 3))
-        model = Model(still, at.model.steps)
+    scene, without = at.scene, list[str]()
+    if not at.energy.kept:
+        scene, without = undamped(scene), ["dampers"]
+    if any(link.joint.type == "floating" for link in at.mechanism.links):
+        scene, without = replace(scene, gravity=(Fraction(0),) * 3), ["weight", *without]
+    model = Model(with_hash(scene), at.model.steps) if without else at.model
     lines = []
     for method in model.steps:
         say(f"energy over {steps:,} steps: {method}")
@@ -107,7 +108,7 @@ def _energy(at: Setting, points: Sequence[Point], steps: int, say: Callable[[str
             "reason": f"Nothing holds {names}: bodies slide away and whip round, which no step of one length follows."
         }
     found = [{**asdict(line), "bounded": line.bounded} for line in lines]
-    return {"dt": dt, "steps": steps, "weightless": weightless, "lines": [_finite(row) for row in found]}
+    return {"dt": dt, "steps": steps, "without": without, "lines": [_finite(row) for row in found]}
 
 
 def _finite(row: dict[str, Any]) -> dict[str, Any]:

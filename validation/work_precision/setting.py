@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -69,6 +70,15 @@ def keeps_energy(scene: Scene) -> bool:
     return not any(joint.damping for joint in scene.joints) and not any(bool(force.damping) for force in scene.forces)
 
 
+def undamped(scene: Scene) -> Scene:
+    """The same without dampers."""
+    return replace(
+        scene,
+        joints=tuple(replace(joint, damping=Fraction(0)) for joint in scene.joints),
+        forces=tuple(replace(force, damping=Fraction(0)) for force in scene.forces),
+    )
+
+
 def turns(mechanism: Mechanism) -> bool:
     """Whether there are quaternions."""
     return any(link.joint.type in BALLS for link in mechanism.links)
@@ -111,6 +121,3 @@ def extrapolated(at: Setting) -> Array:
 def checked(at: Setting, what: str, poses: Callable[[], Array]) -> Setting:
     """With one more reference beside ours."""
     return replace(at, checks=(*at.checks, (what, float(np.abs(poses() - at.right).max()))))
-
-
-__all__ = ["BALLS", "FINEST", "Setting", "checked", "in_body_axes", "keeps_energy", "methods", "prepare", "turns"]

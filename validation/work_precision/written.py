@@ -60,8 +60,8 @@ def _energies(data: Mapping[str, Any]) -> Iterator[str]:
     if "reason" in data:
         yield f"  energy over a long run: {data['reason']}"
         return
-    weight = ", without weight" if data["weightless"] else ""
-    yield f"  energy over {data['steps']:,} steps of {data['dt']:.3g} s{weight}"
+    less = f", without {' and '.join(data['without'])}" if data["without"] else ""
+    yield f"  energy over {data['steps']:,} steps of {data['dt']:.3g} s{less}"
     for line in data["lines"]:
         ends = ", ".join("–" if x is None else f"{x:.1e}" for x in (line["first"], line["last"]))
         verdict = line["failed"] or ("bounded" if line["bounded"] else "grows")

@@ -11,6 +11,7 @@ from markupsafe import Markup
 from symgen.report.measured.loglog import Frame, Line, key, loglog
 from symgen.report.plots import power
 from symgen.report.tables import Table, scientific
+from symgen.report.words import listed
 
 STYLES = {
     "symgen (C)": 0,
@@ -184,8 +185,8 @@ def _energy(data: Mapping[str, Any]) -> dict[str, object]:
         )
         for row in data["lines"]
     ]
-    weight = ", without weight, since it would fall" if data["weightless"] else ""
-    words = f"{data['steps']:,} steps of {data['dt']:.3g} s from the same start{weight}".replace(",", " ", 1)
+    less = f", here without {listed(data['without'])}" if data["without"] else ""
+    words = f"{data['steps']:,} steps of {data['dt']:.3g} s from the same start{less}"
     frame = Frame(
         "Largest change of energy so far", "time, s", "largest relative change of the energy so far", height=380
     )
