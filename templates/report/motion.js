@@ -32,7 +32,7 @@ still.forEach((found, k) => {
   if (k % Math.ceil(last / 60) === 0) data.corners.forEach((box, body) => { for (const p of box) extent.push(ground(found[body], p)); });
 });
 
-let time = 0, playing = false, before = 0, rate = speed, path = [];
+let time = 0, playing = false, before = null, rate = speed, path = [];
 const byId = id => document.getElementById(id);
 const play = byId("motion-play"), scrub = byId("motion-time"), readout = byId("motion-readout");
 const faster = byId("motion-speed"), traced = byId("motion-trace"), front = byId("motion-front");
@@ -52,7 +52,7 @@ function show(whole) {
 }
 function tick(now) {
   if (!playing) return;
-  time += (now - before) / 1000 * rate;
+  if (before !== null) time += (now - before) / 1000 * rate;
   before = now;
   if (time > end) time %= end;
   show();
@@ -62,7 +62,7 @@ function toggle(on) {
   playing = on;
   play.textContent = on ? "Pause" : "Play";
   play.setAttribute("aria-pressed", on);
-  if (on) { before = performance.now(); requestAnimationFrame(tick); }
+  if (on) { before = null; requestAnimationFrame(tick); }
 }
 function go(to, how) { time = Math.min(Math.max(to, 0), end); show(how); }
 function choose() {
