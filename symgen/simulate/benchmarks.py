@@ -93,7 +93,7 @@ def free_body() -> Iterator[Answer]:
         yield answer(motion, "Dzhanibekov's flips", "ω after one period", error, 1e-8, "4 K/λ")
     motion = simulate(model, identity, [*rest, *flip], 10_000.0, method="variational", dt=1e-2, samples=10_001)
     drift = motion.monitors.energy_drift
-    yield answer(motion, "Dzhanibekov's flips", "energy over 1,000,000 steps of 10 ms", drift, 2e-5, "bounded")
+    yield answer(motion, "Dzhanibekov's flips", "energy over 10⁶ steps of 10 ms", drift, 2e-5, "bounded")
 
 
 def _both(
