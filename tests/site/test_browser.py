@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+import shutil
+import unicodedata
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +14,11 @@ import pytest
 
 from symgen.errors import ToolError
 from symgen.site.build import Settings, build_site
+from symgen.site.measures import MEASURES
 from symgen.site.pdf import find_browser, pdf_name, print_pages
+from tests.report import pages
 from tests.site import reading
 from tests.site.conftest import example
-from tests.site.fakes import Put
 
 pytestmark = pytest.mark.slow
 PHONE = {"width": 360, "height": 740}
@@ -29,14 +33,25 @@ TOO_WIDE = """() => [document.documentElement.scrollWidth, ...[...document.query
   .map(e => e.outerHTML.slice(0, 100))]"""
 
 
+LITTLE: dict[str, dict[str, Any]] = {
+    "validation": {"states": 10},
+    "rounding": {"states": 40, "search": 0, "boxes": 8},
+    "speed": {"peers": [], "variants": "none", "rounds": 3, "states": 16},
+    "benchmarks": {"names": ["oscillators"]},
+}
+
+
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A tree, a chain and a closed loop; the first with its real motion."""
+    """A top with its motion, a closed loop, and a pendulum with everything that can be measured, of a little each."""
     out = tmp_path_factory.mktemp("site")
     with pytest.MonkeyPatch.context() as patch:
-        Put(patch)("validation", "validation")
-        build_site([example("spinning_top"), example("four_bar")], out, Settings(jobs=2))
-        build_site([example("double_pendulum")], out, Settings(("validation",)))
+        for id, little in LITTLE.items():
+            patch.setitem(MEASURES, id, replace(MEASURES[id], quick=little))
+        build_site([example("spinning_top"), example("four_bar")], out, Settings(("motion",), jobs=2))
+        everything = tuple(id for id in MEASURES if id != "hard")
+        result = build_site([example("double_pendulum")], out, Settings(everything, jobs=2))
+    assert result.passed, result.to_text()
     return out
 
 
@@ -77,6 +92,13 @@ class Opened:
 
 def files(site: Path) -> list[Path]:
     return [site / name for name in reading.html_files(site)]
+
+
+def test_every_section_is_there(site: Path) -> None:
+    """What is measured gets its section, what is about no scene its page."""
+    ids = set(pages.read_html(reading.html_files(site)["double_pendulum/index.html"]).ids)
+    assert {id for id, row in MEASURES.items() if row.of_scenes} <= ids
+    assert {"benchmarks.html", "peers.html"} <= set(reading.html_files(site))
 
 
 def test_pages_load_in_silence_and_fit(chromium: Any, site: Path) -> None:
@@ -161,22 +183,45 @@ def test_the_motion_plays_and_stops(chromium: Any, site: Path, motion: str) -> N
         assert it.said == [] and it.asked == []
 
 
-def test_paper(site: Path) -> None:
-    """Every page as a PDF with pages and text; what is folded on the screen is open on paper."""
+def plain(text: str) -> str:
+    """Without blanks and ligatures."""
+    return "".join(unicodedata.normalize("NFKC", text).split())
+
+
+def folded(page: str) -> list[str]:
+    """The first words of what is folded on the screen and not left out on paper."""
+    found = []
+    for details in pages.read_xml(page).iter("details"):
+        if details.get("open") is None and details.get("class") != "long":
+            found.append(plain("".join("".join(e.itertext()) for e in details if e.tag != "summary"))[:25])
+    return found
+
+
+def test_paper(site: Path, tmp_path: Path) -> None:
+    """Pages as PDFs with pages, numbers and text; what is folded on the screen is open on paper."""
     pypdf = pytest.importorskip("pypdf", reason="needs pypdf")
     try:
         program = find_browser()
     except ToolError as error:
         pytest.skip(str(error))
-    made = print_pages(program, site, lambda done, total, what: None)
-    assert {path.name for path in made} == {pdf_name(file.relative_to(site)) for file in files(site)}
+    shutil.copytree(site / "double_pendulum", tmp_path / "double_pendulum")
+    shutil.copyfile(site / "index.html", tmp_path / "index.html")
+    made = print_pages(program, tmp_path, lambda done, total, what: None)
+    assert [path.name for path in made] == ["index.pdf", "double_pendulum-code.pdf", "double_pendulum.pdf"]
+    texts = {}
     for path in made:
         reader = pypdf.PdfReader(path)
-        text = "\n".join(page.extract_text() for page in reader.pages)
+        texts[path.name] = text = plain("".join(page.extract_text() for page in reader.pages))
         assert len(reader.pages) > 0 and len(text) > 500, path
-        assert f"1 / {len(reader.pages)}" in text
+        assert f"1/{len(reader.pages)}" in text
         width, height = (float(x) for x in reader.pages[0].mediabox[2:])
-        assert (round(width), round(height)) == (595, 842) or (round(width), round(height)) == (596, 842)
-    text = "\n".join(page.extract_text() for page in pypdf.PdfReader(site / "pdf/double_pendulum.pdf").pages)
-    assert "double_pendulum_mass_matrix" in text
-    assert "Colours:" not in text and "file://" not in text
+        assert abs(width - 595) <= 1 and abs(height - 842) <= 1
+        assert "Colours:" not in text and "file://" not in text
+    assert "voiddouble_pendulum_mass_matrix" in texts["double_pendulum-code.pdf"]
+    hidden = folded((site / "double_pendulum/index.html").read_text(encoding="utf-8"))
+    assert hidden and all(words in texts["double_pendulum.pdf"] for words in hidden), hidden
+
+
+def test_names_of_pdfs() -> None:
+    names = {"index.html": "index.pdf", "fig1/index.html": "fig1.pdf", "fig1/code.html": "fig1-code.pdf"}
+    assert {page: pdf_name(Path(page)) for page in names} == names
