@@ -49,6 +49,7 @@ DEFINITIONS: dict[str, Definition] = {
     "center_of_mass": Definition("c = {Σ_b m_b c_b}/{Σ_b m_b}"),
     "momentum": Definition("p = Σ_b m_b ċ_b ,  l = Σ_b (I_b ω_b + (c_b − c) × m_b ċ_b)"),
     "momentum_matrix": Definition("(p, l) = A θ̇"),
+    "joint_momentum": Definition("P = R^T M_n R θ̇ ,  Ṗ = Ṙ^T M_n R θ̇ − g − f"),
     "frame_jacobian": Definition("(ṙ_f, ω_f) = J θ̇"),
     "frame_velocity": Definition("(ṙ_f, ω_f)"),
     "frame_bias_acceleration": Definition("J̇ θ̇ = (r̈_f, ω̇_f) − J θ̈"),

@@ -21,7 +21,7 @@ _FLOATING = {
     "body": ("v_j , ω_j", "[ A_j  −D_{k j} A_j ]", "[ 0  −U_k A_j ]"),
     "mixed": ("ṙ_j , ω_j", "[ 1  −D_{k j} A_j ]", "[ 0  −U_k A_j ]"),
 }
-_BLOCKS = {
+BLOCKS = {
     "revolute": ("θ̇_j", "−D_{k j} u_j", "−U_k u_j"),
     "prismatic": ("q̇_j", "u_j", "0"),
     "helical": ("θ̇_j", "h_j u_j − D_{k j} u_j", "−U_k u_j"),
@@ -40,7 +40,7 @@ def blocks(system: System) -> Table:
     rows = []
     for kind in dict.fromkeys(body.joint.type for body in system.tree.bodies):
         own = "revolute" if kind == "continuous" else kind
-        row = _FLOATING[system.scene.options.base_velocity] if own == "floating" else _BLOCKS[own]
+        row = _FLOATING[system.scene.options.base_velocity] if own == "floating" else BLOCKS[own]
         source = "Table 1" if own in _PAPERS else "its motion subspace"
         name = f"{kind} ({JOINT_TYPES[kind].letter})"
         rows.append((name, *(math(text) for text in row), source))
