@@ -1,6 +1,7 @@
 """Error tables of compiled functions against ball arithmetic: the examples and five robots (or `make accuracy`).
 
     python -m tools.accuracy [--states N] [--search N] [--no-plans] [--variants a,b] [--rows a,b] [-o DIR] [SCENE …]
+    python -m tools.accuracy --choices [SCENE …]     # plans chosen because of accuracy: all robots and random chains too
 
 Prints a table per scene as it is made and leaves NAME.csv, NAME.json and summary.md in the folder (out/accuracy).
 Robots need example-robot-data; what cannot be measured is said. Compiled files are kept in the user's cache.
@@ -14,12 +15,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from symgen.accuracy.choices import Changed, changed, random_chain
 from symgen.accuracy.measure import ROWS, Row, Settings, measurable, measure
 from symgen.accuracy.table import as_csv, as_json, as_markdown, as_text
 from symgen.accuracy.variants import STANDARD
 from symgen.errors import SymgenError
 from symgen.scene.load import load
 from symgen.scene.model import Scene
+from symgen.system import derive
 from tools.bench import robot
 from tools.robot_list import ROBOTS
 
@@ -55,6 +58,31 @@ def progress(what: str) -> None:
         print(f"… {what}", file=sys.stderr)
 
 
+CHAINS = 100
+
+
+def choices(names: Sequence[str], folder: Path) -> Iterator[Changed]:
+    """Functions whose plan accuracy decided: of the examples, all robots and random chains, or of what is named."""
+    everything = sorted(path.name.removesuffix(".scene.yaml") for path in (ROOT / "examples").glob("*.scene.yaml"))
+    for name, path in subjects(names or (*everything, *(row.name for row in ROBOTS)), folder):
+        progress(name)
+        try:
+            system = derive(load(path))
+            system.require_tree()
+            yield from changed(system, name)
+        except SymgenError as error:
+            print(f"{name}: {error}", file=sys.stderr)
+    for seed in range(0 if names else CHAINS):
+        yield from changed(derive(random_chain(seed)))
+
+
+def print_choices(rows: Sequence[Changed]) -> None:
+    print("| scene | function | cheapest plan | its estimated error, times the best | chosen | times the cost |")
+    print("| --- | --- | --- | --- | --- | --- |")
+    for row in rows:
+        print(f"| {row.scene} | {row.function} | {row.cheapest} | {row.error} | {row.chosen} | {row.dearer:.2f} |")
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(prog="tools.accuracy", description=__doc__.split("\n")[0])
     parser.add_argument("--states", type=int, default=10000, help="sampled states (default 10000)")
@@ -62,6 +90,7 @@ def main() -> int:
     parser.add_argument("--no-plans", action="store_true", help="the chosen plans only")
     parser.add_argument("--rows", default=",".join(ROWS), help="functions")
     parser.add_argument("--variants", help="some of: " + ", ".join(variant.name for variant in STANDARD))
+    parser.add_argument("--choices", action="store_true", help="list plans that were chosen because of accuracy")
     parser.add_argument("-o", dest="folder", default="out/accuracy")
     parser.add_argument("names", nargs="*")
     asked = parser.parse_args()
@@ -73,6 +102,9 @@ def main() -> int:
         settings = replace(settings, variants=tuple(variant for variant in STANDARD if variant.name in wanted))
     everything: list[Row] = []
     try:
+        if asked.choices:
+            print_choices(list(choices(asked.names, folder / "scenes")))
+            return 0
         for name, path in subjects(asked.names, folder / "scenes"):
             try:
                 rows = measured(load(path), settings)

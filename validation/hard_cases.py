@@ -9,8 +9,8 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 from symgen.errors import SceneError, SymgenError
 
@@ -40,8 +40,37 @@ def table(case: Case, findings: Sequence[Finding]) -> str:
     for row in findings:
         allowed = "" if row.allowed is None else f"≤ {row.allowed:g}"
         verdict = "      " if row.allowed is None else "ok    " if row.passed else "FAILED"
-        lines.append(f"  {verdict} {row.what:44.90s} {row.variant:58.58s} {row.figure:9.2g} {allowed:8s} {row.note}")
+        told = [f"error {row.error:.1e}, condition {row.condition:.1e}"] if row.error is not None else []
+        told += [row.note] if row.note else []
+        figure = f"{row.figure:9.2g} {allowed:8s} {row.unit}"
+        lines.append(f"  {verdict} {row.what:44.90s} {row.variant:58.58s} {figure} {'; '.join(told)}")
     return "\n".join(line.rstrip() for line in lines)
+
+
+def hard_data(say: Callable[[str], None] = lambda what: None) -> dict[str, Any]:
+    """All cases and what was found, with the figures of the hard-case page, as plain data. Raises ToolError without
+    python-flint, SciPy or a C compiler."""
+    from symgen.validation.hard.case import ran
+    from symgen.validation.hard.figures import figures
+
+    found = []
+    for case in all_cases():
+        say(case.name)
+        found.append((case, ran(case)))
+    return {**as_data(found), "figures": figures(say)}
+
+
+def as_data(found: Sequence[tuple[Case, Sequence[Finding]]]) -> dict[str, Any]:
+    return {
+        "passed": all(row.passed for _, findings in found for row in findings),
+        "cases": [
+            {
+                "name": case.name, "hard": case.hard, "right": case.right,
+                "findings": [row.to_json() for row in findings],
+            }
+            for case, findings in found
+        ],
+    }  # fmt: skip
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -64,11 +93,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     rows = [row for _, findings in found for row in findings]
     failed = [row for row in rows if not row.passed]
     if asked.json:
-        cases = [
-            {"name": case.name, "right": case.right, "findings": [row.to_json() for row in findings]}
-            for case, findings in found
-        ]
-        print(json.dumps({"passed": not failed, "cases": cases}, indent=2, ensure_ascii=False, allow_nan=False))
+        print(json.dumps(as_data(found), indent=2, ensure_ascii=False, allow_nan=False))
     else:
         demanded = sum(row.allowed is not None for row in rows)
         print(f"{len(found)} hard cases, {demanded} findings, {len(failed)} failed; the rest is for comparison")

@@ -38,10 +38,15 @@ class Finding:
     what: str
     variant: str
     figure: float
-    """What was measured, in the unit that ``note`` says."""
+    """What was measured."""
     allowed: float | None
-    """None: shown for comparison, nothing is demanded."""
+    """None: shown for comparison, nothing is demanded; 0: it is so (0) or it is not."""
     note: str = ""
+    unit: str = ""
+    """Of ``figure``: ``units`` of u · max(1, condition), ``u``, or words; empty: what ``note`` says."""
+    error: float | None = None
+    condition: float | None = None
+    """Where ``unit`` is ``units``: the error and the condition of the problem there."""
 
     @property
     def passed(self) -> bool:
@@ -55,8 +60,10 @@ class Finding:
 @dataclass(frozen=True)
 class Case:
     name: str
+    hard: str
+    """What is hard, in words."""
     right: str
-    """The right answer, in words."""
+    """The right answer."""
     run: Callable[[Bench], Iterator[Finding]]
 
 
@@ -80,8 +87,10 @@ class Bench:
             self._kept[key] = problem, made
         return self._kept[key]
 
-    def finding(self, what: str, variant: str, figure: float, allowed: float | None, note: str = "") -> Finding:
-        return Finding(self.name, what, variant, figure, allowed, note)
+    def finding(
+        self, what: str, variant: str, figure: float, allowed: float | None, note: str = "", unit: str = ""
+    ) -> Finding:
+        return Finding(self.name, what, variant, figure, allowed, note, unit)
 
     def accurate(
         self, scene: Scene, row: str, states: States, what: str = "", *, units: float = UNITS, plans: bool = False,
@@ -107,11 +116,13 @@ class Bench:
         high, low = problem.reference.over(given)
         found = judge(compiled, problem.datum, given, high, low)
         error = float(np.max(found.errors, initial=0.0))
-        note = f"error {error:.1e}, condition {found.condition:.1e}"
-        note += f"; NaN at {refused.sum()} of {refused.size} states" if refused.any() else ""
+        note = f"NaN at {refused.sum()} of {refused.size} states" if refused.any() else ""
         note += f"; {found.wrong} of {len(high)} states with a wrong kind of answer" if found.wrong else ""
         figure = np.inf if found.wrong else found.units
-        return self.finding(what, f"{compiled.variant.name}, {compiled.plan}", figure, allowed, note)
+        line = self.finding(
+            what, f"{compiled.variant.name}, {compiled.plan}", figure, allowed, note.removeprefix("; "), "units"
+        )
+        return replace(line, error=error, condition=found.condition)
 
     def none(self, scene: Scene, row: str, states: States, what: str, precision: str = "double") -> Iterator[Finding]:
         """Where the mass matrix is singular to the precision there is no answer: NaN, with each plan."""

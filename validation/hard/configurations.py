@@ -39,8 +39,8 @@ def universal(bench: Bench) -> Iterator[Finding]:
         made = SceneBuilder("cross").body("b", 1, (F(1, 10), F(1, 5), F(1, 2)), (F(1, 10), F(1, 12), F(1, 30), 0, 0, 0))
         return made.joint("j", "universal", "ground", "b", axis=X, axis2=axis2).build()  # type: ignore[arg-type]
 
-    yield from bench.accurate(cross((0, 1, 0)), "forward_dynamics", some, "axes at right angles")
-    yield from bench.accurate(cross((1, F(1, 1000), 0)), "forward_dynamics", some, "axes 1e-3 rad apart")
+    yield from bench.accurate(cross((0, 1, 0)), "forward_dynamics", some, "axes at right angles", plans=True)
+    yield from bench.accurate(cross((1, F(1, 1000), 0)), "forward_dynamics", some, "axes 1e-3 rad apart", plans=True)
     folded = states(q=[[0.2, np.pi / 2], [0.2, np.pi]], v=[[1, 2], [0, 1]], tau=[[1, 0], [0, 1]])
     yield from bench.accurate(cross((0, 1, 0)), "forward_dynamics", folded, "cross folded by 90° and 180°")
     yield bench.refused("axes in one line", lambda: cross((1, 0, 0)), "axis")
@@ -101,7 +101,7 @@ def quaternions(bench: Bench) -> Iterator[Finding]:
         found = compiled.call({"q": np.hstack([place, scale * unit]), "v": v, "tau": tau})
         error = float(np.max(relative(found, high, low))) / 2.0**-53
         yield bench.finding(
-            f"length {scale:.3g} as length 1", "double", error, 64.0, "of the same rotation, in units u"
+            f"length {scale:.3g} as length 1", "double", error, 64.0, "difference to the same rotation", "u"
         )
     nothing = compiled.call({"q": np.zeros((4, 7)), "v": v[:4], "tau": tau[:4]})
     yield bench.finding("quaternion 0 0 0 0", "double", float(np.isfinite(nothing[:, :3]).any()), 0.0, "NaN")
@@ -118,7 +118,7 @@ def fast_spin(bench: Bench) -> Iterator[Finding]:
     a = f.forward_dynamics([0, 0, 0, 0, 0, 0, 1], [0, 0, 0, 1024, 512, 256], [0] * 6)
     right = np.array([(2 - 3) * 512 * 256 / 1, (3 - 1) * 256 * 1024 / 2, (1 - 2) * 1024 * 512 / 3])
     error = float(np.max(np.abs(a[3:] - right)) / np.max(np.abs(right)))
-    yield bench.finding("Euler's equations for I = 1, 2, 3", "double", error / 2.0**-53, 4.0, "units of u")
+    yield bench.finding("Euler's equations for I = 1, 2, 3", "double", error / 2.0**-53, 4.0, "", "u")
 
 
 def _sharp(bench: Bench, scene: Scene, row: str, some: States, variant: Variant, what: str, allowed: float) -> Finding:
@@ -131,31 +131,54 @@ def _against(bench: Bench, problem: Hard, compiled: Compiled, some: States, what
     given = rounded(some, compiled.variant.precision)
     high, low = problem.reference.over(given)
     error = float(np.max(relative(compiled.call(given), high, low))) / compiled.variant.unit
-    return bench.finding(what, f"{compiled.variant.name}, {compiled.plan}", error, allowed, "units of u")
+    return bench.finding(what, f"{compiled.variant.name}, {compiled.plan}", error, allowed, "", "u")
 
 
 CASES = (
     Case(
         "gimbal lock",
+        "Where the middle one of three axes brings the other two in line, nothing turns about the third "
+        "direction: there the mass matrix is singular, and near it every plan loses digits with its "
+        "condition, though the problem itself is good.",
         "near it the exact acceleration to the condition of the mass matrix; at it, where there is none, NaN",
         gimbal,
     ),
     Case(
-        "universal joint", "the exact acceleration at any angle between the axes but zero, which is refused", universal
+        "universal joint",
+        "Two axes that are almost in one line are two velocities that do almost the same.",
+        "the exact acceleration at any angle between the axes but zero, which is refused",
+        universal,
     ),
     Case(
         "huge angles",
+        "To reduce an angle by multiples of π takes as many digits of π as the angle has before its point: "
+        "308 for the largest doubles.",
         "the sine of the number that is given, to two units in the last place; NaN of inf and NaN",
         huge_angles,
     ),
-    Case("tiny numbers", "relative accuracy: nothing is lost by cancellation near zero", tiny),
+    Case(
+        "tiny numbers",
+        "Near zero terms of one size cancel, and squares of small numbers vanish.",
+        "relative accuracy: nothing is lost by cancellation near zero",
+        tiny,
+    ),
     Case(
         "top of a pendulum",
+        "Beside π the sine is the difference to π, which no double is: every digit of it comes from the "
+        "digits of π that the angle does not have.",
         "the sine of the double nearest π, 1.2e-16, to two units in its last place",
         top_of_pendulum,
     ),
     Case(
-        "quaternions", "a quaternion of any length is the rotation of its direction; NaN of the zero one", quaternions
+        "quaternions",
+        "Integration leaves quaternions whose length is not one; squares of long and short ones are far apart.",
+        "a quaternion of any length is the rotation of its direction; NaN of the zero one",
+        quaternions,
     ),
-    Case("fast spin", "the exact acceleration", fast_spin),
+    Case(
+        "fast spin",
+        "Gyroscopic moments grow with the square of the rate, and the rate of the velocity is what is left of them.",
+        "the exact acceleration",
+        fast_spin,
+    ),
 )
