@@ -1,7 +1,7 @@
 """Error tables of compiled functions against ball arithmetic: the examples and five robots (or `make accuracy`).
 
     python -m tools.accuracy [--states N] [--search N] [--no-plans] [--variants a,b] [--rows a,b] [-o DIR] [SCENE …]
-    python -m tools.accuracy --choices [SCENE …]     # plans chosen because of accuracy: all robots and random chains too
+    python -m tools.accuracy --choices [SCENE …]   # plans that accuracy chose, of all robots and random chains too
 
 Prints a table per scene as it is made and leaves NAME.csv, NAME.json and summary.md in the folder (out/accuracy).
 Robots need example-robot-data; what cannot be measured is said. Compiled files are kept in the user's cache.

@@ -55,7 +55,7 @@ def _cost(choice: PlanChoice) -> int:
 def random_chain(seed: int) -> Scene:
     """A chain of 2 to 8 rods, axes and masses (0.1 to 10 kg) at random: the same for a seed on every machine."""
     rng = random.Random(f"chain {seed}")
-    links = rng.randrange(2, 9)
+    links, before = rng.randrange(2, 9), Fraction(0)
     made = SceneBuilder(f"chain_{seed}_of_{links}")
     for k in range(links):
         mass = Fraction(round(10 ** rng.uniform(-1, 1), 2)).limit_denominator(100)
@@ -63,8 +63,6 @@ def random_chain(seed: int) -> Scene:
         across = mass * length**2 / 12
         made.body(f"l{k}", mass, (0, 0, -length / 2), (across, across, across / 50, 0, 0, 0))
         axis = rng.choice(((1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 1, 0)))
-        made.joint(
-            f"j{k}", "revolute", f"l{k - 1}" if k else "ground", f"l{k}", axis=axis, xyz=(0, 0, -before if k else 0)
-        )
+        made.joint(f"j{k}", "revolute", f"l{k - 1}" if k else "ground", f"l{k}", axis=axis, xyz=(0, 0, -before))
         before = length
     return made.build()
