@@ -34,6 +34,7 @@ def progress_bar(quiet: bool) -> Iterator[Progress | None]:
         def progress(done: int, total: int, what: str) -> None:
             bar.length = max(total, 1)
             bar.update(max(done - bar.pos, 0), what)
+            bar.render_progress()  # news without a step too
 
         yield progress
 
