@@ -79,6 +79,8 @@ def _lines(points: Points, what: str) -> list[Line]:
     for program, integrator in _methods(points):
         mine = [p for p in _of(points, program, integrator) if not p["failed"] and p[what] is not None]
         kind = counts[program] = counts.get(program, -1) + 1
+        own = integrator.removeprefix("step:")
+        kind = list(STEP_STYLES).index(own) if own in STEP_STYLES else kind
         places = tuple(
             (max(p[what], SMALLEST), p["cpu_seconds"], f"{program}, {integrator}: {_knob(p)}, {p[what]:.1e}, "
              f"{1e3 * p['cpu_seconds']:.3g} ms")
