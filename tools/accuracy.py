@@ -64,14 +64,15 @@ CHAINS = 100
 def choices(names: Sequence[str], folder: Path) -> Iterator[Changed]:
     """Functions whose plan accuracy decided: of the examples, all robots and random chains, or of what is named."""
     everything = sorted(path.name.removesuffix(".scene.yaml") for path in (ROOT / "examples").glob("*.scene.yaml"))
-    for name, path in subjects(names or (*everything, *(row.name for row in ROBOTS)), folder):
-        progress(name)
+    for asked in names or (*everything, *(row.name for row in ROBOTS)):
+        progress(asked)
         try:
-            system = derive(load(path))
-            system.require_tree()
-            yield from changed(system, name)
+            for name, path in subjects([asked], folder):
+                system = derive(load(path))
+                system.require_tree()
+                yield from changed(system, name)
         except SymgenError as error:
-            print(f"{name}: {error}", file=sys.stderr)
+            print(f"{asked}: {error}", file=sys.stderr)
     for seed in range(0 if names else CHAINS):
         yield from changed(derive(random_chain(seed)))
 

@@ -118,14 +118,14 @@ CASES = (
     Case(
         "mass ratios",
         "A link that carries a million times its own mass: what it does is a small difference of large forces.",
-        "the same for masses 1e6 apart; in float NaN where rounding errors are as large as pivots",
+        "the exact acceleration to the condition of the problem, for masses 1e6 apart; in float NaN where rounding errors are as large as pivots",
         mass_ratios,
     ),
     Case(
         "thin bodies",
         "A needle has no inertia about its axis, a point none at all, and that of a plate is at the limit of "
         "what a body can have: natural mass matrices are singular.",
-        "the same for needles, plates and point masses",
+        "the exact acceleration to the condition of the problem, for needles, plates and points",
         thin_bodies,
     ),
     Case(
