@@ -50,12 +50,18 @@ def blocks(system: System) -> Table:
 
 def letters(system: System) -> Table:
     """The letters of the page beside those of the paper and of the code."""
-    n, nv, nc = system.natural.nn, system.tree.nv, system.natural.nc
+    n, nv = system.natural.nn, system.tree.nv
+    rows_of = "" if system.scene.runtime_origins else f" ({system.natural.nc})"
     rows = (
         (math("x"), math("q"), "x", f"natural coordinates: points and unit vectors in ground axes ({n})"),
         (math("q"), math("θ"), "q", f"positions of the joints ({system.tree.nq})"),
         (math("θ̇ , θ̈"), math("θ̇ , θ̈"), "v, a", f"velocities and accelerations of the joints ({nv})"),
-        (math("Ψ , Ψ_x"), math("Ψ , Ψ_q"), "Psi, Psi_q", f"constraints of natural coordinates ({nc}), their Jacobian"),
+        (
+            math("Ψ , Ψ_x"),
+            math("Ψ , Ψ_q"),
+            "Psi, Psi_q",
+            f"constraints of natural coordinates{rows_of}, their Jacobian",
+        ),
         (math("λ"), math("λ"), "lambda", "multipliers of the constraints"),
         (math("M_n"), math("M"), "Mn", "constant mass matrix of the natural coordinates"),
         (math("R , Ṙ"), math("R , Ṙ"), "R, Rdot", "velocity transformation and its rate"),
@@ -65,6 +71,23 @@ def letters(system: System) -> Table:
         (math("τ"), "in Q", "tau", "forces and moments of the joints"),
     )
     return Table("Letters", ("here", "in the paper", "in the code", "meaning"), rows)
+
+
+def besides(system: System) -> Markup:
+    """What M, h and R hold beside the products of the derivation."""
+    scene = system.scene
+    found = []
+    if any(joint.armature for joint in scene.joints):
+        found.append(Markup("Armatures stand on the diagonal of {} besides.").format(math("M")))
+    if any(joint.damping for joint in scene.joints):
+        found.append(Markup("Dampers in joints add {} to {}.").format(math("b θ̇"), math("h")))
+    if scene.forces:
+        found.append(Markup("Springs are in {}.").format(math("Q")))
+    if system.tree.coupled:
+        text = "Joints that follow another have no velocity of their own in {}: their columns of {}, times the "
+        text += "multiplier, are added to those of the joint they follow."
+        found.append(Markup(text).format(math("θ̇"), math("R")))
+    return Markup(" ").join(found)
 
 
 @dataclass(frozen=True)

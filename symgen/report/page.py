@@ -182,15 +182,20 @@ def _render(subject: _Subject, directory: Path | None, manifest: Mapping[str, An
     values |= _operations(system, refusal) | _motion(subject, values["measured"])
     values |= _code(system, directory, manifest, subject.code)
     values |= motion_plots.validation_values(result, refusal, units)
-    title, sections = f"{system.scene.name}: equations of motion", _sections(subject.measured)
+    title, sections = f"{system.scene.name}: equations of motion", _sections(subject)
     scripts = ("mechanism.js", *(("motion.js",) if "motion" in subject.measured else ()))
     return page("report/page.html.j2", title, sections, subject.place, scripts, **values)
 
 
-def _sections(measured: Mapping[str, Any]) -> list[tuple[str, str]]:
+OF_FUNCTIONS = ("operations", "code", "certificates", "validation")
+"""Sections of what a scene without functions has not."""
+
+
+def _sections(subject: _Subject) -> list[tuple[str, str]]:
     """What was measured stands behind the validation."""
     after = 1 + [name for name, _ in SECTIONS].index("validation")
-    return [*SECTIONS[:after], *measurements.present(measured), *SECTIONS[after:]]
+    found = [*SECTIONS[:after], *measurements.present(subject.measured), *SECTIONS[after:]]
+    return [(name, title) for name, title in found if not subject.refusal or name not in OF_FUNCTIONS]
 
 
 def _badge(result: ValidationResult | None, refusal: str) -> Markup:
@@ -215,8 +220,9 @@ def _facts(system: System, manifest: Mapping[str, Any] | None) -> list[tuple[str
         ("moving bodies", str(len(tree.bodies))),
         ("degrees of freedom" if not tree.cut_joints else "tree velocities", str(tree.nv)),
         ("natural coordinates", str(natural.nn)),
-        ("constraints", str(natural.nc)),
     ]
+    if not system.scene.runtime_origins:
+        found.append(("constraints", str(natural.nc)))
     if manifest:
         found.append(("certified functions", str(len(manifest["functions"]))))
     return found
@@ -267,23 +273,37 @@ def _topology(system: System) -> dict[str, object]:
 
 
 def _natural(system: System) -> dict[str, object]:
-    natural, rank = system.natural, constraint_rank(system)
-    nullity, nv = natural.nn - rank, system.tree.nv
-    plane = " The mechanism is planar: points have two coordinates." if natural.plane is not None else ""
-    equal = "equal to" if nullity == nv else "not equal to"
-    freedom = "degrees of freedom" if not system.tree.cut_joints else "velocities of the open tree"
-    constraints = f"{natural.nc} constraint{'' if natural.nc == 1 else 's'}"
-    sentence = Markup(
-        f"{natural.nn} natural coordinates x satisfy {constraints} Ψ(x) = 0. The Jacobian Ψ<sub>q</sub> "
-        f"has rank {rank} at a random configuration (exact, in a prime field), so its nullity is "
-        f"{natural.nn} − {rank} = {nullity}, {equal} the number of {freedom}, {nv}.{plane}"
-    )
     return {
-        "nullity": sentence,
+        "nullity": _nullity(system),
         "entities": tables.entities(system),
         "carriers": tables.carriers(system),
         "constraints": tables.constraints(system),
     }
+
+
+def _nullity(system: System) -> Markup:
+    """How many coordinates there are, how many conditions, and what is left to move."""
+    natural, nv = system.natural, system.tree.nv
+    plane = " The mechanism is planar: points have two coordinates." if natural.plane is not None else ""
+    if system.scene.runtime_origins:
+        return Markup(
+            f"{natural.nn} natural coordinates x. Where joints stand is given at run time, so the conditions between "
+            f"them are not written out here; they leave {words.counted(nv, 'degree')} of freedom.{plane}"
+        )
+    rank = constraint_rank(system)
+    nullity = natural.nn - rank
+    freedom = "degrees of freedom" if not system.tree.cut_joints else "velocities of the open tree"
+    end = f"{'equal to' if nullity == nv else 'not equal to'} the number of {freedom}, {nv}"
+    if system.tree.coupled:
+        own = sum(body.nv for body in system.tree.bodies)
+        says = "the number of" if own == nullity else "and not the number of"
+        end = f"{says} velocities that the joints have; {own - nv} of them follow others, which leaves {nv} to choose"
+    constraints = f"{natural.nc} constraint{'' if natural.nc == 1 else 's'}"
+    return Markup(
+        f"{natural.nn} natural coordinates x satisfy {constraints} Ψ(x) = 0. The Jacobian Ψ<sub>x</sub> "
+        f"has rank {rank} at a random configuration (exact, in a prime field), so its nullity is "
+        f"{natural.nn} − {rank} = {nullity}, {end}.{plane}"
+    )
 
 
 def _operations(system: System, refusal: str) -> dict[str, object]:
@@ -307,7 +327,7 @@ def _equations(system: System, refusal: str, manifest: Mapping[str, Any] | None,
     """``code``: where functions stand, ``{}`` being the name of one."""
     if refusal:
         return {"equations": []}
-    found, scene = list(equations(system)), system.scene
+    found, scene, natural = list(equations(system)), system.scene, system.natural
     numbers = derivation.numbered(found)
     own = derivation.FIRST + sum(not number.count(".") for number in numbers.values())
     functions = {row["name"] for row in (manifest or {"functions": []})["functions"]}
@@ -319,13 +339,11 @@ def _equations(system: System, refusal: str, manifest: Mapping[str, Any] | None,
         "symbols": derivation.letters(system),
         "blocks": derivation.blocks(system),
         "code_links": {name: f"{code}#f-{name}" if name in functions else "" for name in wanted},
-        "natural": system.natural,
+        "natural": natural,
         "nv": system.tree.nv,
-        "planar": system.natural.plane is not None,
-        "armature": any(joint.armature for joint in scene.joints),
-        "damping": any(joint.damping for joint in scene.joints),
-        "springs": bool(scene.forces),
-        "coupled": system.tree.coupled,
+        "planar": natural.plane is not None,
+        "conditions": natural.nc if not scene.runtime_origins else 0,
+        "besides": derivation.besides(system),
     }
 
 

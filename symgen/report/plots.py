@@ -191,7 +191,8 @@ class Bar:
 
 def bar_chart(groups: Sequence[tuple[str, Sequence[Bar]]], title: str, unit: str) -> Markup:
     """Horizontal bars in groups; within a group lengths are in proportion, the longest fills the width."""
-    left, full, step, gap = 196.0, 330.0, 20.0, 30.0
+    longest = max((len(bar.label) for _, bars in groups for bar in bars), default=0)
+    left, full, step, gap = max(120.0, 6.5 * longest + 16), 330.0, 20.0, 30.0
     parts: list[Markup] = []
     y = 6.0
     for name, bars in groups:

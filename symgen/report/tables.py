@@ -94,6 +94,14 @@ def _span(start: int, size: int, letter: str) -> Markup:
     return Markup("<i>{}</i><sub>{}</sub>").format(letter, start) + last
 
 
+def _indexed(text: str) -> Markup:
+    """``20·q1 − 0.2`` with its index below."""
+    return Markup("").join(
+        Markup("<i>{}</i><sub>{}</sub>").format(part[0], part[1:]) if k % 2 else Markup("{}").format(part)
+        for k, part in enumerate(re.split(r"([qv]\d+)", text))
+    )
+
+
 def joints(system: System) -> Table:
     rows = []
     for body in system.tree.bodies:
@@ -106,7 +114,7 @@ def joints(system: System) -> Table:
         q: str | Markup = _span(body.q, body.nq, "q")
         v: str | Markup = _span(body.v, body.nv, "v")
         if body.coupling is not None:
-            q, v = (minus(show.coordinate(body, letter)) for letter in "qv")
+            q, v = (_indexed(minus(show.coordinate(body, letter))) for letter in "qv")
         rows.append((str(body.index + 1), joint.name, kind, between, ", ".join(axes + pitch) or "–", place, q, v))
     header = ("no.", "joint", "type", "parent → child", "axis, joint frame", "origin in the parent, m", "q", "v")
     ids = tuple(f"joint-{k + 1}" for k in range(len(rows)))

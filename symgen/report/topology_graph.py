@@ -145,8 +145,9 @@ def _edge(joint: Joint, layout: _Layout, cut: bool) -> tuple[Markup, Markup]:
     middle = ((x1 + x2) / 2, (y1 + y2) / 2)
     if layout.flip:
         left = x2 < x1 - 1
+        down = 15 if abs(x2 - x1) < 1 and layout.branches else -4 if abs(x2 - x1) > 1 else 4  # beside its neighbours
         label = tag(
-            "text", text, x=middle[0] + (-12 if left else 12), y=middle[1] + 4, class_="joint",
+            "text", text, x=middle[0] + (-12 if left else 12), y=middle[1] + down, class_="joint",
             text_anchor="end" if left else None,
         )  # fmt: skip
     else:
