@@ -25,6 +25,8 @@ class Plot:
     curves: str
     frame: Frame
     told: str
+    bar: float = 0.0
+    """What is allowed, where one number says it."""
 
 
 PLOTS = (
@@ -46,6 +48,7 @@ PLOTS = (
         Frame("Error of a sine over the size of its angle", "angle, rad", "largest error, u", height=300),
         "The weight's moment on a pendulum, in roundings u of the precision: the sine has the same error for angles of "
         "every size, small or huge, in the built-in form, in the C library's, and in float.",
+        bar=4.0,
     ),
 )  # fmt: skip
 
@@ -112,6 +115,11 @@ def _drawn(plot: Plot, curves: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         )
         for k, curve in enumerate(curves)
     ]  # fmt: skip
+    if plot.bar:
+        ends = [x for line in lines for x, _, _ in line.points]
+        told = f"allowed: {plot.bar:g}"
+        bar = ((min(ends), plot.bar, told), (max(ends), plot.bar, told))
+        lines.append(Line("allowed", bar, 1, 4, marks=False))
     return {
         "drawing": loglog(lines, plot.frame),
         "legend": [(line.name, key(line)) for line in lines],
@@ -192,4 +200,6 @@ def allowed(row: Finding) -> str:
 
 
 def number(x: float) -> str:
-    return minus(f"{x:.1f}") if x < 100 else f"{x:.0f}" if x < 1e5 else scientific(x)
+    if 0 < x < 0.05:
+        return "below 0.1"
+    return minus(f"{x:.1f}") if 0 < x < 100 else f"{x:.0f}" if x < 1e5 else scientific(x)

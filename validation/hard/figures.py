@@ -24,7 +24,7 @@ Curve = dict[str, Any]
 LINKS = (2, 3, 5, 7, 10, 14, 20)
 MORE_LINKS = (50, 100, 200)
 PLACES = (1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7)
-DECADES = (-8, -4, -2, -1, 0, 1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 30, 60, 100, 200, 300)
+DECADES = (-8, -6, -4, -2, -1, 0, 1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 18, 20, 23, 26, 29, 32, 35, 38)
 SINES = 100
 """Angles of each decade."""
 
@@ -89,7 +89,7 @@ def _angles(folder: Path) -> Iterator[Curve]:
         )
         points = []
         for k, angles in decades.items():
-            if variant.precision == "float" and abs(k) > 37:
+            if variant.precision == "float" and k > 37:
                 continue
             given = rounded({"q": angles}, variant.precision)
             error = relative(compiled.call(given), *problem.reference.over(given))

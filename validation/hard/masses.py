@@ -118,7 +118,8 @@ CASES = (
     Case(
         "mass ratios",
         "A link that carries a million times its own mass: what it does is a small difference of large forces.",
-        "the exact acceleration to the condition of the problem, for masses 1e6 apart; in float NaN where rounding errors are as large as pivots",
+        "the exact acceleration to the condition of the problem, for masses 1e6 apart; in float NaN where rounding "
+        "errors are as large as pivots",
         mass_ratios,
     ),
     Case(
