@@ -71,7 +71,7 @@ def choices(names: Sequence[str], folder: Path) -> Iterator[Changed]:
                 system = derive(load(path))
                 system.require_tree()
                 yield from changed(system, name)
-        except SymgenError as error:
+        except (FileNotFoundError, SymgenError) as error:
             print(f"{asked}: {error}", file=sys.stderr)
     for seed in range(0 if names else CHAINS):
         yield from changed(derive(random_chain(seed)))
