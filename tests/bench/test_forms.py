@@ -54,6 +54,13 @@ def test_all_forms_are_more(tmp_path: Path) -> None:
     assert [left.peer for left in more.left] == ["symgen loops"]  # of the kinetic energy
 
 
+def test_functions_of_frames_keep_their_names(tmp_path: Path) -> None:
+    problem, found = posed(tmp_path, "frame_pose:tip")
+    found.variants += forms.build(problem, found, "all").variants
+    assert {variant.function for variant in found.variants} == {"frame_pose:tip"}
+    assert {"symgen", "symgen batch", "symgen soa", "symgen float"} <= {variant.peer for variant in found.variants}
+
+
 def test_a_scene_in_float_is_measured_in_double_too(tmp_path: Path) -> None:
     problem, found = posed(tmp_path, "mass_matrix", "float")
     assert {variant.real for variant in found.variants} == {"float"}

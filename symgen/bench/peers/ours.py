@@ -31,16 +31,14 @@ _, BATCH, SOA = USUAL
 class Made:
     """One function as it was written: its files, and what the manifest says of it."""
 
+    name: str
+    """The output that it is."""
     scene: str
     function: dict[str, Any]
     header: str
     units: tuple[Unit, ...]
     seconds: float
     """CPU seconds that it took, certificate and all."""
-
-    @property
-    def name(self) -> str:
-        return str(self.function["name"])
 
     @property
     def sizes(self) -> list[int]:
@@ -87,7 +85,7 @@ def made(problem: Problem, output: Output, scene: Scene, system: System | None =
     manifest = artifact.manifest
     headers = tuple((name, (folder / name).read_text()) for name in manifest["headers"])
     units = tuple(Unit(Path(name).stem, (folder / name).read_text(), headers=headers) for name in manifest["sources"])
-    return Made(scene.name, manifest["functions"][0], headers[0][1], units, seconds)
+    return Made(output.name, scene.name, manifest["functions"][0], headers[0][1], units, seconds)
 
 
 def scalar_variant(problem: Problem, this: Made, peer: str) -> Variant:
