@@ -16,21 +16,13 @@ from symgen.scene.model import Scene
 from symgen.system import System, derive
 
 Say = Callable[[str], None]
-STATES, SEARCH, BOXES = 1000, 100, 512
 LONGEST = 1000
 """Operations times outputs up to which bounds are proven: a second or two."""
 INTEGRATE = "integrate"
 
 
-def rounding_data(
-    scene: Scene, say: Say = lambda what: None, *, states: int = STATES, search: int = SEARCH, boxes: int = BOXES
-) -> dict[str, Any]:
-    """Errors of every function, variant and plan, at ``states`` sampled states and the worst that ``search``
-    evaluations find, and bounds proven by at most ``boxes`` boxes where the functions are short.
-
-    Raises NotSupportedError where the scene has no function that can be measured, ToolError without a C compiler or
-    python-flint.
-    """
+def measured(scene: Scene, say: Say, states: int, search: int, boxes: int) -> dict[str, Any]:
+    """See `symgen.accuracy.rounding_data`."""
     wanted = (*ROWS, INTEGRATE) if any(body.nq > body.nv for body in derive(scene).tree.bodies) else ROWS
     rows = measurable(scene, wanted)
     if not rows:
@@ -48,7 +40,7 @@ def rounding_data(
     }
 
 
-def bounds(scene: Scene, rows: tuple[str, ...], measured: list[Row], boxes: int) -> Iterator[dict[str, Any]]:
+def bounds(scene: Scene, rows: tuple[str, ...], found: list[Row], boxes: int) -> Iterator[dict[str, Any]]:
     """Proven beside measured, of the functions that are short enough and whose box holds no singular state."""
     system = derive(scene)
     for name in rows:
@@ -60,15 +52,15 @@ def bounds(scene: Scene, rows: tuple[str, ...], measured: list[Row], boxes: int)
         for precision in ("double", "float"):
             proven = bound(program, problem.box.intervals(), boxes, precision, problem.box.spheres())
             if np.isfinite(proven.error):
-                yield {"function": name, "precision": precision, **_told(proven), **_beside(measured, name, precision)}
+                yield {"function": name, "precision": precision, **_told(proven), **_beside(found, name, precision)}
 
 
 def _told(proven: Bound) -> dict[str, Any]:
     return {"proven": proven.error, "largest": proven.largest, "boxes": proven.boxes}
 
 
-def _beside(measured: list[Row], name: str, precision: str) -> dict[str, Any]:
-    own = [row.absolute for row in measured if (row.function, row.variant, row.chosen) == (name, precision, True)]
+def _beside(found: list[Row], name: str, precision: str) -> dict[str, Any]:
+    own = [row.absolute for row in found if (row.function, row.variant, row.chosen) == (name, precision, True)]
     return {"measured": max(own, default=None)}
 
 
