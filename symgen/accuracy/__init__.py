@@ -12,15 +12,11 @@ def rounding_data(
     scene: Scene, say: Callable[[str], None] = lambda what: None, *, states: int = 1000, search: int = 100,
     boxes: int = 512,
 ) -> dict[str, Any]:  # fmt: skip
-    """What the section "Rounding error" of a report shows: errors of every function, variant and plan at ``states``
-    sampled states and the worst that ``search`` evaluations find, and bounds proven by at most ``boxes`` boxes where
-    functions are short (see `symgen.accuracy.data`).
+    """What the section "Rounding error" of a report shows: `symgen.accuracy.data.rounding_data`, whose tools are
+    imported only here."""
+    from symgen.accuracy import data
 
-    Raises NotSupportedError where nothing can be measured, ToolError without a C compiler, SciPy or python-flint.
-    """
-    from symgen.accuracy.data import measured
-
-    return measured(scene, say, states, search, boxes)
+    return data.rounding_data(scene, say, states=states, search=search, boxes=boxes)
 
 
 __all__ = ["rounding_data"]

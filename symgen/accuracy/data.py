@@ -21,8 +21,14 @@ LONGEST = 1000
 INTEGRATE = "integrate"
 
 
-def measured(scene: Scene, say: Say, states: int, search: int, boxes: int) -> dict[str, Any]:
-    """See `symgen.accuracy.rounding_data`."""
+def rounding_data(
+    scene: Scene, say: Say = lambda what: None, *, states: int = 1000, search: int = 100, boxes: int = 512
+) -> dict[str, Any]:
+    """Errors of every function, variant and plan at ``states`` sampled states and the worst that ``search`` evaluations
+    find, and bounds proven by at most ``boxes`` boxes where functions are short.
+
+    Raises NotSupportedError where nothing can be measured, ToolError without a C compiler, SciPy or python-flint.
+    """
     wanted = (*ROWS, INTEGRATE) if any(body.nq > body.nv for body in derive(scene).tree.bodies) else ROWS
     rows = measurable(scene, wanted)
     if not rows:
