@@ -154,13 +154,15 @@ def glance_table(scenes: list[tuple[str, str, str, Mapping[str, Glance]]]) -> Ta
         rows.append((linked, *(_cell(address, numbers.get(column)) for column in present), verdict))
     header = ("scene", *(COLUMNS[column][0] for column in present), "verdict")
     numeric = frozenset(range(1, len(present) + 1))
-    return Table(
-        "Every scene in a row, each number with a link to where it comes from; operations, time and the fastest of the "
-        "others (times ours) are of forward_dynamics, one call in double",
-        header,
-        tuple(rows),
-        numeric,
-    )
+    caption = f"Every scene in a row, each number with a link to where it comes from; {_of(present)}"
+    return Table(caption, header, tuple(rows), numeric)
+
+
+def _of(present: list[str]) -> str:
+    """What the columns that name no function are of."""
+    counted = "operations of forward_dynamics where a scene has it, else of its longest function"
+    timed = "; time of one call of it in double, and the fastest of the others as a multiple of that"
+    return counted + (timed if "time" in present else "")
 
 
 def _cell(address: str, glance: Glance | None) -> Markup:

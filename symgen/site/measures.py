@@ -43,8 +43,8 @@ MEASURES = {
         ),
         Measure("motion", "Motion", "symgen.simulate", "motion_data"),
         Measure(
-            "rounding", "Rounding error", "symgen.accuracy.data", "rounding_data",
-            {"states": 1000, "search": 0}, {"states": 10_000, "search": 400},
+            "rounding", "Rounding error", "symgen.accuracy", "rounding_data",
+            {"states": 1000, "search": 100}, {"states": 10_000, "search": 400},
         ),
         Measure(
             "precision", "Work and precision", "symgen.site.adapters", "precision_data",
