@@ -135,10 +135,17 @@ def _facts(row: Mapping[str, Any], letters: Mapping[str, str]) -> list[tuple[str
     letter = letters[certificate["method"]]
     proof = Markup('{} by <a href="#method-{}">method {}</a> at {} points, wrong with a probability below {}')
     return [
+        ("from", ", ".join(_port(port) for port in row["inputs"]) or "nothing"),
+        ("to", ", ".join(_port(port) for port in row["outputs"])),
         ("plan", f"{row['plan']}{', in loops' if row.get('code') == 'loops' else ''}"),
         ("operations", ", ".join(counted) or "none"),
         ("certified", proof.format(certificate["checked_against"], letter, letter, certificate["points"], doubt)),
     ]
+
+
+def _port(port: Mapping[str, Any]) -> str:
+    shape = " × ".join(str(n) for n in port["shape"])
+    return f"{port['name']} ({', '.join(part for part in (shape, port['unit']) if part)})"
 
 
 def _phases(name: str, source: Source) -> tuple[tuple[PhaseRow, ...], dict[int, tuple[str, str]]]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from symgen.report import solids
-from symgen.report.drawing import Label
+from symgen.report.drawing import Label, Shape
 from symgen.report.sketch import CUT, GROUND_COLOUR, STEEL, Sketch, array, cut_place, distinct, triple
 from symgen.report.solids import Array, across, unit
 from symgen.scene.model import Joint
@@ -42,6 +42,9 @@ def _rail(at: _Place, q: float) -> None:
     low, high = min(0.0, q) - reach, max(0.0, q) + reach
     ends = (at.origin + low * axis, at.origin + high * axis)
     at.sketch.faces(at.parent, solids.tube(*ends, 0.26 * at.r, 6, 4), at.colour)
+    if not at.cut:  # however far it slides, it is seen what it slides on
+        points = (triple(at.origin), (0.0, 0.0, 0.0))
+        at.sketch.shapes.append(Shape("line", at.parent, points, "slide", 3.0, -0.1 * at.r, at.child))
 
 
 def _revolute(at: _Place, q: Sequence[float]) -> None:

@@ -158,7 +158,7 @@ def _still(drawing: Drawing, poses: _Poses, k: int, camera: Camera, lines: Seque
     label = minus(f"t = {time:.2f} s")
     parts = [(float("-inf"), tag("path", class_="trace all", d=path(camera.see(line)[:, :2]))) for line in lines]
     for shape in drawing.shapes:
-        if shape.kind in PLAIN:
+        if shape.kind in PLAIN or shape.colour == "slide":
             parts += _shape(shape, poses, k, camera)
     for rod in drawing.rods:
         seen = camera.see(poses.points(k, rod.body, [rod.start, rod.end]))
@@ -185,6 +185,8 @@ def _shape(shape: Shape, poses: _Poses, k: int, camera: Camera) -> list[tuple[fl
         drawn = tag("path", class_="hull", d=path(hull(seen), close=True), fill=shape.colour, stroke=shape.colour)
     elif shape.kind == "sheet":
         drawn = tag("path", class_=f"sheet {shape.colour}", d=path(flat, close=True))
+    elif shape.kind == "line":
+        drawn = tag("path", class_="line slide", d=path(flat), stroke_width="1.6")
     elif shape.kind == "spring":
         drawn = tag("path", class_="line spring", d=zigzag(seen[0, :2], seen[1, :2], 3.0), stroke_width="1")
     else:

@@ -224,7 +224,8 @@ def plans(rows: Sequence[Mapping[str, Any]]) -> Table:
 
 
 _EXPLAINED = re.compile(
-    r"(?P<why>fewest operations|[\d.]+ times the cost|the chosen one is free|free too): (?P<plan>.*)"
+    r"(?P<why>fewest operations|[\d.]+ times the cost(?:, not weighed at this size)?|the chosen one is free|free too): "
+    r"(?P<plan>.*)"
 )
 
 
@@ -278,8 +279,10 @@ def certificates(manifest: Mapping[str, Any]) -> Table:
         c = row["certificate"]
         doubt = scientific(c["failure_probability"])
         rows.append((row["name"], letters[c["method"]], c["checked_against"], str(c["points"]), doubt))
-    header = ("function", "method", "checked against", "points", "failure probability at most")
-    return Table("One certificate per function", header, tuple(rows), frozenset({3, 4}))
+    header = ("function", "method", "checked against", "points", "doubt")
+    return Table(
+        "One certificate per function; doubt: probability of an error at most", header, tuple(rows), frozenset({3, 4})
+    )
 
 
 def parameters(system: System) -> Table:

@@ -29,7 +29,7 @@ NUMBERS = 48_000
 """Numbers in the data at most: large scenes get fewer frames."""
 TURN = 2.0
 """rad that a body may turn between two frames: more, and a viewer would see it turn the other way."""
-REACH = 1.6
+REACH = 0.8
 """Sizes of the mechanism that a slide may move before the motion ends."""
 SMOOTH = 101
 """Frames of short motions, which are shown slowly."""
