@@ -12,6 +12,7 @@ import pytest
 
 from symgen.site.build import Settings, build_site
 from symgen.site.pages import read_cards
+from symgen.site.store import verdicts
 from tests.report import pages
 from tests.site import reading
 from tests.site.conftest import example
@@ -214,3 +215,10 @@ def test_pages_about_no_one_scene(put: Put, small: Small, tmp_path: Path) -> Non
     (tmp_path / "data/hard.json").unlink()
     assert not build_site([small("one")], tmp_path, Settings(("hard",))).passed
     assert "hard.html" not in html(tmp_path) and "hard.html" not in html(tmp_path)["one/index.html"]
+
+
+def test_verdicts_are_counted_at_the_leaves() -> None:
+    right, wrong, beside = {"passed": True, "allowed": 3.0}, {"passed": False}, {"passed": False, "allowed": None}
+    assert verdicts([]) == verdicts({"a": 1, "b": "passed"}) == verdicts(beside) == (0, 0)
+    assert verdicts([right, wrong, {"passed": False, "rows": [right, right]}]) == (4, 1)
+    assert verdicts({"passed": True, "cases": [{"findings": [right, beside, wrong]}]}) == (2, 1)
