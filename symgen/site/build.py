@@ -81,7 +81,7 @@ def build_site(
     with opened(out):
         run = _Run(out, settings, subjects, progress)
         run.go()
-        pdfs = print_pages(browser, out, run.note) if browser else ()
+        pdfs = print_pages(browser, out, run.note, settings.jobs) if browser else ()
         return run.result(tuple(pdfs))
 
 

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
 from symgen.console import Progress
@@ -31,17 +32,20 @@ def find_browser() -> str:
     raise ToolError(f"printing needs Chromium: none of {', '.join(BROWSERS)} is on PATH (CHROME=… names another)")
 
 
-def print_pages(browser: str, out: Path, progress: Progress) -> list[Path]:
+def print_pages(browser: str, out: Path, progress: Progress, jobs: int = 1) -> list[Path]:
     """Print every page of a site into its folder pdf; where the PDFs are. Raises ToolError when the browser fails."""
     pages = [*sorted(out.glob("*.html")), *sorted(out.glob("*/*.html"))]
-    made = []
-    for done, path in enumerate(pages):
-        target = out / PDF / pdf_name(path.relative_to(out))
-        progress(done, len(pages), f"print {target.name}")
-        target.parent.mkdir(exist_ok=True)
-        print_page(browser, path, target)
-        made.append(target)
-    return made
+    targets = {path: out / PDF / pdf_name(path.relative_to(out)) for path in pages}
+    (out / PDF).mkdir(exist_ok=True)
+    with ThreadPoolExecutor(jobs) as pool:
+        printed = {pool.submit(print_page, browser, path, target): target for path, target in targets.items()}
+        try:
+            for done, future in enumerate(as_completed(printed)):
+                progress(done, len(pages), f"print {printed[future].name}")
+                future.result()
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+    return list(targets.values())
 
 
 def pdf_name(page: Path) -> str:

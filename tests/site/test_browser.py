@@ -146,6 +146,8 @@ def test_the_reader_chooses_the_colours(chromium: Any, site: Path) -> None:
         it.page.get_by_role("button", name="Colours").click()
         it.page.reload()
         assert it.page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(18, 22, 27)"
+        it.page.emulate_media(media="print")  # paper is white, whatever was chosen
+        assert it.page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
         assert it.said == []
 
 
