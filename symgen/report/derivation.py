@@ -54,7 +54,12 @@ def letters(system: System) -> Table:
     rows_of = "" if system.scene.runtime_origins else f" ({system.natural.nc})"
     rows = (
         (math("x"), math("q"), "x", f"natural coordinates: points and unit vectors in ground axes ({n})"),
-        (math("q"), math("θ"), "q", f"positions of the joints ({system.tree.nq})"),
+        (
+            math("q"),
+            math("θ"),
+            "q",
+            f"positions of the joints ({system.tree.nq}): θ with its name an angle, q with its name a slide",
+        ),
         (math("θ̇ , θ̈"), math("θ̇ , θ̈"), "v, a", f"velocities and accelerations of the joints ({nv})"),
         (
             math("Ψ , Ψ_x"),

@@ -22,6 +22,8 @@ from symgen.topology.tree import TreeBody
 from symgen.velocity.kinematics import GROUND_POSE, Pose, kinematics
 from symgen.velocity.values import Values
 
+CROWDED = 16
+"""Bodies beyond which points and vectors would cover the mechanism."""
 ANGLE, SLIDE = 0.35, 0.22
 """Where joints are drawn: rad, and parts of the mechanism's size."""
 TILT = (math.sin(ANGLE / 2), 0.0, 0.0, math.cos(ANGLE / 2))
@@ -139,7 +141,8 @@ def draw(system: System) -> Drawing:
     for joint in system.tree.cut_joints:
         draw_joint(sketch, joint, [0.0])
     _draw_springs(sketch)
-    _draw_entities(sketch, bones)
+    if len(system.tree.bodies) <= CROWDED:
+        _draw_entities(sketch, bones)
     return _finish(sketch, bones, poses, q)
 
 
@@ -251,9 +254,11 @@ def display_words(system: System) -> str:
     """The caption of the drawing."""
     if system.tree.cut_joints:
         return "Drawn with every joint at zero; cut joints in red. Basic points are rings, unit vectors red arrows."
+    start = f"Drawn with angles at {ANGLE} rad and slides drawn out, so that nothing hides behind something else. "
+    if len(system.tree.bodies) > CROWDED:
+        return start + "Grey solids are joints; points and vectors, too many to be drawn, stand in the tables below."
     return (
-        f"Drawn with angles at {ANGLE} rad and slides drawn out, so that nothing hides behind something else. "
-        "Basic points are rings, unit vectors red arrows, dashed lines lead to points that only carry mass; "
+        start + "Basic points are rings, unit vectors red arrows, dashed lines lead to points that only carry mass; "
         "grey solids are joints."
     )
 

@@ -15,6 +15,8 @@ TOGETHER = 4
 """Coordinates of one unit in one plot."""
 MOST = 24
 """Coordinates that are plotted."""
+LISTED = 14
+"""Entries of a state that stand in the text; longer ones are folded."""
 PLAYED = 5.0
 """Seconds that a short motion is stretched to, at least."""
 SPEEDS = (2.0, 1.0, 0.5, 0.25, 0.1, 0.05)
@@ -30,6 +32,7 @@ def values(data: Mapping[str, Any]) -> dict[str, object]:
         "scene": data["scene"],
         "start": data["start"],
         "states": [_state("q", data["q0"]), _state("v", data["v0"])],
+        "many": len(data["q0"]) > LISTED,
         "seconds": minus(f"{end:g}"),
         "end": end,
         "speed": speed,
