@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+import random
+from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction as F
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from symgen.accuracy.variants import Compiled, Variant, compile_variant, plans_of
+from symgen.algebra.numbers import FloatNumbers
 from symgen.errors import SceneError
+from symgen.plans import singular
+from symgen.plans.build import build
+from symgen.plans.families import Family
 from symgen.plans.singular import margins
+from symgen.program.evaluate import evaluate_all
 from symgen.scene.builder import SceneBuilder
 from symgen.scene.canonical import with_hash
 from symgen.scene.load import load
 from symgen.scene.model import Output, Scene
 from symgen.system import System, derive
-from symgen.validation.hard.scenes import X, Y, chain, elbow, wrist
+from symgen.validation.hard.scenes import X, Y, Z, chain, elbow, wrist
 
 
 def made(scene: Scene, row: str = "forward_dynamics", precision: str = "double") -> System:
@@ -103,3 +111,60 @@ def test_a_margin_costs_one_subtraction() -> None:
     margin = program.instructions[step.args[1]].value
     assert step.op == "sub" and isinstance(margin, F) and 1e-16 < margin < 1e-12
     assert sum(guard in other.args for other in program.instructions) == 0
+
+
+class Arrays(FloatNumbers):
+    """NumPy arrays, as wide as compiled code is."""
+
+    def __init__(self, kind: type) -> None:
+        self.kind = kind
+
+    def const(self, value: F | int) -> Any:
+        return self.kind(float(value))
+
+    def cos(self, x: Any) -> Any:
+        return np.cos(x)
+
+    def sin(self, x: Any) -> Any:
+        return np.sin(x)
+
+
+def answered(scene: Scene, q: np.ndarray, precision: str) -> int:
+    """States at which some plan gives an answer."""
+    system, kind = made(scene, precision=precision), {"double": np.float64, "float": np.float32}[precision]
+    columns = {name: list(values.T.astype(kind)) for name, values in inputs(q).items()}
+    found = np.zeros(len(q), dtype=bool)
+    for family in (Family(), Family(articulated=True), Family(merged=True), Family(literal=True, regrouped=False)):
+        program = build(system.lowered, system.natural, system.output("forward_dynamics"), family)
+        with np.errstate(all="ignore"):
+            values = evaluate_all(program, Arrays(kind), columns)
+        found |= np.all([np.broadcast_to(values[guard], (len(q),)) > 0 for guard in program.guards], axis=0)
+    return int(found.sum())
+
+
+def singular_scenes(seed: int) -> Iterator[tuple[Scene, np.ndarray]]:
+    """Mechanisms of random size with massless links in line, and states at which they are singular."""
+    rng = random.Random(seed)
+    a, b, c = (F(rng.randrange(1, 1000), rng.choice((7, 10, 333))) for _ in range(3))
+    any_angle = np.array([[rng.uniform(-3, 3), 0.0, rng.uniform(-3, 3)] for _ in range(50)])
+    yield elbow(a, b), any_angle[:, :2]
+    for axes, moment in (((Y, Y, Y), (0, 0, -c)), ((Z, Y, Z), (c, 0, a))):
+        built = SceneBuilder("three").body("a").body("b").body("c", 1, moment, (F(1, 10), F(1, 9), F(1, 8), 0, 0, 0))
+        place = (0, 0, 0) if axes[0] == Z else (0, 0, -a)
+        built.joint("i", "revolute", "ground", "a", axis=axes[0]).joint(
+            "j", "revolute", "a", "b", axis=axes[1], xyz=place
+        )
+        place = (0, 0, 0) if axes[0] == Z else (0, 0, -b)
+        yield built.joint("k", "revolute", "b", "c", axis=axes[2], xyz=place).build(), any_angle
+
+
+@pytest.mark.parametrize("precision", ["double", "float"])
+def test_no_singular_state_has_an_answer_whatever_the_lengths(precision: str) -> None:
+    for seed in range(5):
+        for scene, q in singular_scenes(seed):
+            assert answered(scene, q, precision) == 0, (seed, scene.name)
+
+
+def test_without_a_margin_they_have_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(singular, "SAFETY", 0.0)
+    assert sum(answered(scene, q, "double") > 0 for seed in range(5) for scene, q in singular_scenes(seed)) > 8
