@@ -114,7 +114,7 @@ def _view(
     others = tuple(str(row[key]) for key in row if key.endswith("_symbol") and row[key])
     return FunctionView(
         name=name,
-        symbol=str(row["symbol"] or row["casadi_file"]),
+        symbol=str(row["symbol"] or row["casadi_file"] or name),
         summary=words.summary if words else "",
         definition=f"{book}#def-{name}",
         formulas=formulas,
