@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -95,3 +96,24 @@ def test_momenta_are_what_they_say(scene: Scene | str, tmp_path: Path) -> None:
     right = f.coriolis_matrix(q, v).T @ v - f.gravity_force(q) - passive
     assert np.abs(momenta - f.mass_matrix(q) @ v).max() < 1e-13 * (1 + np.abs(momenta).max())
     assert np.abs(rates - right).max() < 1e-12 * (1 + np.abs(right).max())
+
+
+def test_it_is_symplectic(tmp_path: Path) -> None:
+    """The derivative A of the map (q, P) → (q, P) of a step has Aᵀ J A = J; the midpoint rule in (q, v) has not."""
+    rows = ("step:variational", "step:implicit_midpoint", "mass_matrix")
+    f = generate(asked("double_pendulum", *rows, targets=("c",)), tmp_path / "code").load()
+
+    def defect(step: Any) -> float:
+        def move(x: Array) -> Array:
+            q, v = step(x[:2], np.linalg.solve(f.mass_matrix(x[:2]), x[2:]), np.zeros(2), 0.02)
+            return np.concatenate([q, f.mass_matrix(q) @ v])
+
+        start = np.concatenate([(q := np.array([0.9, 0.4])), f.mass_matrix(q) @ np.array([1.0, -2.0])])
+        by = 1e-3 * np.eye(4)
+        columns = [8.0 * (move(start + u) - move(start - u)) - (move(start + 2 * u) - move(start - 2 * u)) for u in by]
+        derivative = np.array(columns).T / 12e-3
+        form = np.kron(np.array([[0.0, 1.0], [-1.0, 0.0]]), np.eye(2))
+        return float(np.abs(derivative.T @ form @ derivative - form).max())
+
+    assert defect(f.step_variational) < 1e-11
+    assert defect(f.step_implicit_midpoint) > 1e-5

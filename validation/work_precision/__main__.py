@@ -24,6 +24,9 @@ from symgen.validation.work_precision.written import summary, write
 NAMED = "examples"
 """Folder in which a scene may be called by its name alone."""
 
+LONGEST = 100.0
+"""Seconds of motion at most."""
+
 
 def found(name: str) -> Scene:
     """A scene by its path, or by the name of an example where there is a folder of them."""
@@ -49,6 +52,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         if not (math.isfinite(options.time) and options.time > 0.0):
             raise SceneError("the time must be positive", "--time")
+        if options.time > LONGEST:
+            raise SceneError(f"at most {LONGEST:g} s: over longer times errors only grow", "--time")
         for name in options.scenes:
             data = precision_data(found(name), _say, seconds=options.time, effort=FULL if options.full else QUICK)
             documents.append(data)

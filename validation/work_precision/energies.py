@@ -15,26 +15,30 @@ FALLEN = 1e3
 """A kinetic energy that grew by more than this is that of something that falls, which says nothing."""
 ROUNDING = 1e-12
 """Relative changes of the energy below this are not looked at."""
-GROWTH = 2.0
-"""An error that after the first tenth of a run stays below this times what it was before is called bounded."""
+GROWTH, BURST = 2.0, 10.0
+"""An error whose median over the last fifth of a run is less than GROWTH times that over the first fifth, and whose
+largest value is less than BURST times that of the first tenth, is called bounded."""
 
 
 @dataclass(frozen=True)
 class Line:
     """One method: ``largest`` relative change of the energy up to each of ``times`` (s). ``first``, ``last``: the
-    largest in the first tenth of the run and in the rest; ``failed``: where it ended, if it did."""
+    largest in the first tenth of the run and in the rest; ``growth``: the median over the last fifth divided by that
+    over the first; ``failed``: where it ended, if it did."""
 
     method: str
     times: tuple[float, ...]
     largest: tuple[float, ...]
     first: float
     last: float
+    growth: float
     cpu_seconds: float
     failed: str = ""
 
     @property
     def bounded(self) -> bool:
-        return not self.failed and self.last < max(GROWTH * self.first, ROUNDING)
+        calm = self.growth < GROWTH and self.last < min(BURST * self.first, 1.0)
+        return not self.failed and (calm or self.last < ROUNDING)
 
 
 def long_run(model: Model, method: str, y: Array, dt: float, steps: int) -> Line:
@@ -58,13 +62,13 @@ def long_run(model: Model, method: str, y: Array, dt: float, steps: int) -> Line
     times: Array = dt * every * np.arange(1, len(errors) + 1, dtype=np.float64)
     failed = "" if count == len(energy) else f"left the numbers at t = {dt * every * count:.3g} s"
     if len(errors) < 10:
-        return Line(method, (), (), np.inf, np.inf, spent, failed or "too few steps")
+        return Line(method, (), (), np.inf, np.inf, np.inf, spent, failed or "too few steps")
     if not failed and np.max(np.abs(potential[:count] - potential[0])) > FALLEN * max(kinetic[0], abs(energy[0])):
         failed = "falls without end"
-    tenth = max(1, len(errors) // 10)
-    return Line(
-        method, *_envelope(times, errors), float(errors[:tenth].max()), float(errors[tenth:].max()), spent, failed
-    )
+    tenth, fifth = max(1, len(errors) // 10), max(1, len(errors) // 5)
+    growth = float(np.median(errors[-fifth:]) / max(float(np.median(errors[:fifth])), 1e-300))
+    first, last = float(errors[:tenth].max()), float(errors[tenth:].max())
+    return Line(method, *_envelope(times, errors), first, last, growth, spent, failed)
 
 
 def _envelope(times: Array, errors: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:

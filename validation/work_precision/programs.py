@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from symgen.errors import SymgenError
+from symgen.errors import NotSupportedError, SymgenError
 from symgen.simulate.run import integrators, simulate
 from symgen.validation import exudyn_bodies, exudyn_tree
 from symgen.validation.exudyn_model import import_exudyn, settings
@@ -181,6 +181,9 @@ def normalised(mechanism: Mechanism, q: Array) -> Array:
 
 
 def _trees(at: Setting) -> Iterator[Program]:
+    if any(link.joint.type == "helical" for link in at.mechanism.links):
+        raise NotSupportedError("a helical joint is a constraint there, which its explicit solvers refuse")
+
     def build() -> Any:
         return exudyn_tree.build_exudyn_tree(at.scene, at.q, at.v).model
 

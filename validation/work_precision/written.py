@@ -65,4 +65,4 @@ def _energies(data: Mapping[str, Any]) -> Iterator[str]:
     for line in data["lines"]:
         ends = ", ".join("–" if x is None else f"{x:.1e}" for x in (line["first"], line["last"]))
         verdict = line["failed"] or ("bounded" if line["bounded"] else "grows")
-        yield f"    {line['method']:24}first tenth and rest {ends}: {verdict}"
+        yield f"    {line['method']:24}largest in the first tenth and in the rest {ends}: {verdict}"
