@@ -189,4 +189,4 @@ def _conservative(system: System) -> bool:
     """Whether nothing takes energy away."""
     scene = system.scene
     damped = any(getattr(force, "damping", 0) for force in scene.forces)
-    return not (damped or any(joint.damping for joint in scene.joints) or scene.parameters)
+    return not (damped or any(joint.damping for joint in scene.joints))

@@ -118,6 +118,26 @@ def test_headings_are_taken_apart() -> None:
     assert split_heading("something new: x")[0] not in PHASES
 
 
+def test_hostile_names_stay_text(tmp_path: Path) -> None:
+    system = derive(pages.hostile_scene())
+    artifact = generate(system.scene, tmp_path / "artifact", system=system)
+    page = code_page(system, artifact.directory, artifact.manifest, ALONE, "index.html")
+    seen = pages.read_html(page)
+    assert seen.wrong == [] and seen.open == [] and f"file{pages.HOSTILE}.yaml" in "".join(seen.text)
+    assert "img" not in {tag for tag, _, _ in seen.attributes}
+    assert not any(name.startswith("on") for _, name, _ in seen.attributes)
+
+
+@pytest.mark.parametrize("target", ["casadi", "cuda"])
+def test_other_targets_have_a_page(target: str, tmp_path: Path) -> None:
+    scene = load(ROOT / "examples/pendulum.scene.yaml")
+    system = derive(request(scene, parse_outputs("mass_matrix,step:rk4"), None, (target,)))
+    artifact = generate(system.scene, tmp_path / "artifact", system=system)
+    page = code_page(system, artifact.directory, artifact.manifest, ALONE, "index.html")
+    text = " ".join("".join(pages.read_html(page).text).split())
+    assert "No C was asked for" in text and "mass_matrix" in text
+
+
 HOSTILE = """/* </pre><script>alert(1)</script> & "x" */
 #include "a<b>.h" /* <i> */
 static const char *s = "<b>\\"&"; /* two
