@@ -25,8 +25,8 @@ from symgen.topology.tree import Tree
 Array = NDArray[np.float64]
 
 WORSE = 4.0
-"""Estimates this many times the best one are refused. They are good to a factor of 2.5, so the largest errors stay
-within ten."""
+"""Estimates this many times the best one are refused. Their ratio is mostly good to a factor of 2.5, so that the
+largest errors stay within ten times the best plan's."""
 FLOOR = 4.0
 """Errors below so many roundings are as good as any."""
 SAFE_PATH = 2
