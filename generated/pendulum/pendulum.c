@@ -281,13 +281,11 @@ void pendulum_natural_bias_acceleration(const double q[1], const double v[1], do
  * From q (1, m or rad) to M (1 x 1, SI).
  * Plan: composite. Operations: none.
  */
-SYMGEN_UNPAIRED
 void pendulum_mass_matrix(const double q[1], double M[1])
 {
     (void)q;
     M[0] = 0.4;
 }
-SYMGEN_PAIRED
 
 /*
  * coriolis_matrix: C = R^T Mn dR/dt

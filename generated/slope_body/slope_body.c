@@ -313,7 +313,6 @@ void slope_body_natural_bias_acceleration(const double q[3], const double v[3], 
  * From q (3, m or rad) to M (3 x 3, SI).
  * Plan: composite. Operations: none.
  */
-SYMGEN_UNPAIRED
 void slope_body_mass_matrix(const double q[3], double M[9])
 {
     (void)q;
@@ -327,7 +326,6 @@ void slope_body_mass_matrix(const double q[3], double M[9])
     M[7] = 0.0;
     M[8] = 0.03;
 }
-SYMGEN_PAIRED
 
 /*
  * coriolis_matrix: C = R^T Mn dR/dt

@@ -583,7 +583,6 @@ void spinning_top_natural_bias_acceleration(const double q[4], const double v[3]
  * From q (4, m or rad) to M (3 x 3, SI).
  * Plan: composite. Operations: none.
  */
-SYMGEN_UNPAIRED
 void spinning_top_mass_matrix(const double q[4], double M[9])
 {
     (void)q;
@@ -597,7 +596,6 @@ void spinning_top_mass_matrix(const double q[4], double M[9])
     M[7] = 0.0;
     M[8] = 0.001;
 }
-SYMGEN_PAIRED
 
 /*
  * coriolis_matrix: C = R^T Mn dR/dt

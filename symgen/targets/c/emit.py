@@ -15,7 +15,7 @@ from symgen.integrators.text import write_composed
 from symgen.loops.model import LoopProgram, straight_programs
 from symgen.loops.text import LoopBody, write_loops
 from symgen.program.composed import ComposedProgram
-from symgen.program.instructions import Counts, Port, Program
+from symgen.program.instructions import Counts, Port, Program, count
 from symgen.scene.names import sanitise
 from symgen.targets.c.batch import BatchFile, batch_files
 from symgen.targets.c.comments import comment_lines, comment_text
@@ -304,6 +304,12 @@ def literal(value: Fraction, precision: Precision) -> str:
     return f"-{text}" if value < 0 else text
 
 
+def _computes_symmetric(program: Program) -> bool:
+    """Whether a symmetric matrix is computed; a constant one is stored faster in pairs."""
+    symmetric = any(port.name in _SYMMETRIC for port in program.outputs)
+    return symmetric and not (isinstance(program, Program) and count(program).flops == 0)
+
+
 def _source(
     name: str,
     chosen: Sequence[tuple[Program, Symbols, Body]],
@@ -328,7 +334,7 @@ def _source(
         {
             "comment": describe(program, body),
             "prototype": prototype(program, row, precision, info.options.status),
-            "unpaired": FOUR_SINES in body.called or any(port.name in _SYMMETRIC for port in program.outputs),
+            "unpaired": FOUR_SINES in body.called or _computes_symmetric(program),
             "loops": isinstance(body, LoopBody)
             and body.text(describe(program, body), prototype(program, row, precision, info.options.status)),
             "parts": parts,
