@@ -12,6 +12,7 @@ from typing import Any
 
 from symgen.console import Progress
 from symgen.errors import SceneError
+from symgen.report.environment import environment
 from symgen.scene.document import clean
 from symgen.scene.load import load
 from symgen.scene.model import Scene
@@ -35,7 +36,7 @@ from symgen.site.store import (
 from symgen.site.tasks import Outcome, Task
 
 HEAVY = ("symgen.targets.sympy", "symgen.targets.casadi")
-"""Imported once, before the processes that would each import them are forked."""
+"""Imported when functions are generated and equations written."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +104,15 @@ def read_all(scenes: Sequence[Scene | str | Path]) -> list[Subject]:
     return list(found.values())
 
 
+def prepare() -> None:
+    """What every process would do again, before they are forked: imports, and the templates of pages."""
+    for module in HEAVY:
+        importlib.import_module(module)
+    for name in environment().list_templates(filter_func=lambda name: name.startswith("report/")):
+        if name.endswith(".j2"):
+            environment().get_template(name)
+
+
 @dataclass
 class _Run:
     """One run: what waits for what, and what became of it."""
@@ -118,8 +128,7 @@ class _Run:
     finished: int = 0
 
     def go(self) -> None:
-        for module in HEAVY:
-            importlib.import_module(module)
+        prepare()
         first = [t for subject in self.subjects for t in self._begin(subject)] + self._about_symgen()
         try:
             tasks.run(self._counted(first), self.settings.jobs, self._done, self._say)
