@@ -2,6 +2,7 @@
 
     python -m tools.accuracy [--states N] [--search N] [--no-plans] [--variants a,b] [--rows a,b] [-o DIR] [SCENE …]
     python -m tools.accuracy --choices [SCENE …]   # plans that accuracy chose, of all robots and random chains too
+    python -m tools.accuracy --bounds [SCENE …]    # proven bounds of the examples beside the errors measured
 
 Prints a table per scene as it is made and leaves NAME.csv, NAME.json and summary.md in the folder (out/accuracy).
 Robots need example-robot-data; what cannot be measured is said. Compiled files are kept in the user's cache.
@@ -16,9 +17,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from symgen.accuracy.choices import Changed, changed, random_chain
+from symgen.accuracy.data import bounds
 from symgen.accuracy.measure import ROWS, Row, Settings, measurable, measure
 from symgen.accuracy.table import as_csv, as_json, as_markdown, as_text
-from symgen.accuracy.variants import STANDARD
+from symgen.accuracy.variants import STANDARD, UNITS
 from symgen.errors import SymgenError
 from symgen.scene.load import load
 from symgen.scene.model import Scene
@@ -84,6 +86,28 @@ def print_choices(rows: Sequence[Changed]) -> None:
         print(f"| {row.scene} | {row.function} | {row.cheapest} | {row.error} | {row.chosen} | {row.dearer:.2f} |")
 
 
+BOXES = 2048
+
+
+def print_bounds(names: Sequence[str], settings: Settings, folder: Path) -> None:
+    """Of functions short enough, over boxes without a singular state."""
+    print("| scene | function | largest entry | double: proven | measured | float: proven | measured |")
+    print("| --- | --- | --- | --- | --- | --- | --- |")
+    pair = tuple(variant for variant in STANDARD if variant.name in ("double", "float"))
+    examples = sorted(path.name.removesuffix(".scene.yaml") for path in (ROOT / "examples").glob("*.scene.yaml"))
+    for name, path in subjects(names or examples, folder):
+        progress(name)
+        scene = load(path)
+        rows = measurable(scene, (*ROWS, "integrate"))
+        found = measure(scene, replace(settings, rows=rows, search=0, plans=False, variants=pair)) if rows else []
+        proven: dict[str, dict[str, dict[str, float]]] = {}
+        for row in bounds(scene, rows, found, BOXES):
+            proven.setdefault(row["function"], {})[row["precision"]] = row
+        for function, own in proven.items():
+            cells = [f"{own[p][what]:.1e}" if p in own else "–" for p in UNITS for what in ("proven", "measured")]
+            print(f"| {name} | {function} | {own['double']['largest']:.3g} | {' | '.join(cells)} |", flush=True)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(prog="tools.accuracy", description=__doc__.split("\n")[0])
     parser.add_argument("--states", type=int, default=10000, help="sampled states (default 10000)")
@@ -91,6 +115,7 @@ def main() -> int:
     parser.add_argument("--no-plans", action="store_true", help="the chosen plans only")
     parser.add_argument("--rows", default=",".join(ROWS), help="functions")
     parser.add_argument("--variants", help="some of: " + ", ".join(variant.name for variant in STANDARD))
+    parser.add_argument("--bounds", action="store_true", help="proven bounds beside measured errors")
     parser.add_argument("--choices", action="store_true", help="list plans that were chosen because of accuracy")
     parser.add_argument("-o", dest="folder", default="out/accuracy")
     parser.add_argument("names", nargs="*")
@@ -105,6 +130,9 @@ def main() -> int:
     try:
         if asked.choices:
             print_choices(list(choices(asked.names, folder / "scenes")))
+            return 0
+        if asked.bounds:
+            print_bounds(asked.names, settings, folder / "scenes")
             return 0
         for name, path in subjects(asked.names, folder / "scenes"):
             try:
