@@ -143,9 +143,9 @@ def glance(cases: Sequence[Mapping[str, Any]]) -> Table:
         parts = [row["figure"] / row["allowed"] for row in demanded if row["allowed"] and row["figure"] is not None]
         used = "–" if not parts else f"{100 * max(parts):.0f} %" if max(parts) >= 0.01 else "below 1 %"
         passed = all(row["passed"] for row in demanded)
-        rows.append((name, str(len(demanded)), used, verdict(passed)))
-    header = ("case", "findings", "of what is allowed, at most", "verdict")
-    return Table("All cases", header, tuple(rows), frozenset({1, 2}))
+        rows.append((name, verdict(passed), str(len(demanded)), used))
+    header = ("case", "verdict", "findings", "of what is allowed, at most")
+    return Table("All cases", header, tuple(rows), frozenset({2, 3}))
 
 
 Column = tuple[str, Callable[[Finding], "str | Markup"], bool]
