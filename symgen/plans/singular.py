@@ -201,9 +201,12 @@ def _alone(at: Moving, inertia: Inertia) -> list[float]:
         least = max(float(np.linalg.eigvalsh(turning)[0]), 0.0)
         if at.link.kind == BALL:
             return [least] * 3
-        # linear velocities are eliminated last: m − B ᵀJ⁻¹B ≥ m − |h|²/J
-        rest = max(m - float(h @ h) / least, 0.0) if least > 0 else 0.0
-        return [rest] * 3 + [least] * 3
+        if least == 0:
+            return [0.0] * 6
+        cross = np.array([[0, -h[2], h[1]], [h[2], 0, -h[0]], [-h[1], h[0], 0]])
+        # linear velocities are eliminated last: what is left of m when the link is free to turn
+        left = m * np.eye(3) - cross.T @ np.linalg.solve(turning, cross)
+        return [max(float(np.linalg.eigvalsh(left)[0]), 0.0)] * 3 + [least] * 3
     if at.link.kind == SLIDE:
         return [m]
     return [float(turning[2, 2]) + (float(at.linear) ** 2 * m if at.link.kind == SCREW else 0.0)]
