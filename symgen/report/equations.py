@@ -49,9 +49,7 @@ class _Wanted:
 
 
 WANTED = (
-    _Wanted(
-        "velocity_transformation", "Velocity transformation R", "Entries of π* replaced by blocks", "paper", 0
-    ),
+    _Wanted("velocity_transformation", "Velocity transformation R", "Entries of π* replaced by blocks", "paper", 0),
     _Wanted("velocity_transformation_rate", "Its rate Ṙ", "The same blocks differentiated", "paper", 0),
     _Wanted("mass_matrix", "Mass matrix M", "As in (2), multiplied out in joint coordinates", "joint", 600),
     _Wanted("gravity_force", "Gravity force g", "The part of h that is weight", "joint", 300),
@@ -67,6 +65,10 @@ FIG2 = (
 COUPLED = "In joint coordinates: here joints follow others, in the paper they do not"
 PRINTED = {FIG1: "4.9", FIG2: "4.13"}
 """Systems whose R the paper prints: joints, entities, parents."""
+ERRATA = {
+    "4.9": "In the paper as scanned the row of u̇₃ stands as a second row of ṙ₃, and θ̇ on the right is missing.",
+    "4.13": "In the paper as scanned there are seven block columns, six being meant, and a row is missing.",
+}
 
 
 def paper_number(system: System) -> str:
@@ -116,6 +118,7 @@ def _paper(system: System, wanted: _Wanted) -> Equation:
     line = element(bracketed(math), f"{wanted.title} in blocks of the paper's vectors")
     wide = 18 * len(_columns(system)) if wanted.row.endswith("rate") else 9 * len(_columns(system)) + 20
     own = paper_number(system) if wanted.row == "velocity_transformation" else ""
+    remarks += [ERRATA[own]] if own else []
     return Equation(wanted.row, wanted.title, wanted.words, (line,), tuple(remarks), wide=wide, number=own)
 
 
