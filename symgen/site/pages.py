@@ -111,6 +111,7 @@ def _row(record: Record, folder: str) -> dict[str, Any]:
         "settings": dict(record.settings),
         "outcome": record.refused or record.failed,
         "failed": bool(record.failed),
+        "cpu_seconds": record.cpu_seconds,
         "file": f"../{DATA}/{folder}/{record.id}.json",
     }
 

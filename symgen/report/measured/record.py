@@ -11,15 +11,18 @@ from symgen.report.tables import Table
 
 
 def values(data: Mapping[str, Any]) -> dict[str, object]:
-    """``rows``: title, effort, settings, outcome (empty: it was measured), failed, file (its data, from the page)."""
+    """``rows``: title, effort, settings, outcome (empty: it was measured), failed, file (its data, from the page),
+    cpu_seconds."""
     rows = []
     for row in data["rows"]:
         settings = ", ".join(f"{name.replace('_', ' ')} {_value(value)}" for name, value in row["settings"].items())
         state = "failed" if row["failed"] else "not measured" if row["outcome"] else "measured"
         what = Markup('<a href="{}">{}</a>').format(row["file"], row["title"])
-        rows.append((what, row["effort"], settings or "as symgen sets them", _outcome(state, row["outcome"])))
+        took = f"{row['cpu_seconds']:.1f}"
+        rows.append((what, row["effort"], settings or "as symgen sets them", took, _outcome(state, row["outcome"])))
     caption = "What was measured for this page; each line leads to its numbers (JSON)"
-    return {"table": Table(caption, ("measurement", "effort", "settings", "outcome"), tuple(rows)) if rows else None}
+    header = ("measurement", "effort", "settings", "CPU time, s", "outcome")
+    return {"table": Table(caption, header, tuple(rows), frozenset({3})) if rows else None}
 
 
 def _value(value: object) -> str:
