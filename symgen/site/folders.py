@@ -21,6 +21,8 @@ from symgen.scene.document import clean
 from symgen.scene.names import identifier
 
 DATA, PDF, CODE = "data", "pdf", "code"
+BOOK, CODE_PAGE = "index.html", "code.html"
+"""The pages of a scene."""
 MARK = f"{DATA}/site.json"
 _TAKEN = frozenset({DATA, PDF, "index", "hard", "benchmarks", "peers"})
 """Names that a site uses itself."""

@@ -16,14 +16,13 @@ from symgen.report.code_page import code_page
 from symgen.report.page import IndexEntry, write_report, write_text
 from symgen.report.shell import ALONE
 from symgen.scene.model import Scene
-from symgen.site.folders import CODE, DATA
+from symgen.site.folders import BOOK, CODE, CODE_PAGE, DATA
 from symgen.site.glance import Glance, glances
 from symgen.site.measures import MEASURES
 from symgen.site.store import Record, code_digest, read_json, read_record, record_path, scene_key
 from symgen.site.validation import read_validation
 from symgen.system import derive
 
-BOOK, CODE_PAGE = "index.html", "code.html"
 FORMAT = 1
 
 

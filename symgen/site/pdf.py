@@ -12,7 +12,7 @@ from pathlib import Path
 
 from symgen.console import Progress
 from symgen.errors import ToolError
-from symgen.site.folders import PDF
+from symgen.site.folders import BOOK, CODE_PAGE, PDF
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 SECONDS = 300
@@ -34,7 +34,7 @@ def find_browser() -> str:
 
 def print_pages(browser: str, out: Path, progress: Progress, jobs: int = 1) -> list[Path]:
     """Print every page of a site into its folder pdf; where the PDFs are. Raises ToolError when the browser fails."""
-    pages = [*sorted(out.glob("*.html")), *sorted(out.glob("*/*.html"))]
+    pages = [*sorted(out.glob("*.html")), *sorted([*out.glob(f"*/{BOOK}"), *out.glob(f"*/{CODE_PAGE}")])]
     targets = {path: out / PDF / pdf_name(path.relative_to(out)) for path in pages}
     (out / PDF).mkdir(exist_ok=True)
     with ThreadPoolExecutor(jobs) as pool:
