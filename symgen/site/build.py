@@ -51,6 +51,10 @@ class Settings:
     pdf: bool = False
 
 
+Then = Callable[[Outcome], Sequence[Task]]
+"""What can start because of an outcome."""
+
+
 @dataclass(frozen=True)
 class Subject:
     """A scene of this run, and its folder in the site."""
@@ -124,6 +128,8 @@ class _Run:
     lines: list[Line] = field(default_factory=list)
     waiting: dict[str, int] = field(default_factory=dict)
     """Scene → measurements that its page waits for."""
+    after: dict[str, Then] = field(default_factory=dict)
+    """Task → what follows from its outcome."""
     total: int = 0
     finished: int = 0
 
@@ -135,7 +141,7 @@ class _Run:
         except KeyboardInterrupt:
             for subject in self.subjects:
                 if self.waiting.get(subject.folder):
-                    _pages(subject, self.out, _silent)
+                    tasks.outcome_of(partial(_pages, subject, self.out), _silent)
             join(self.out)
             raise
         join(self.out)
@@ -171,17 +177,11 @@ class _Run:
 
     def _done(self, task: Task, outcome: Outcome) -> Sequence[Task]:
         self.finished += 1
-        follow: Callable[[Outcome], Sequence[Task]] = self.after.pop(task.name)
-        new = self._counted(follow(outcome))
+        new = self._counted(self.after.pop(task.name)(outcome))
         self.note(self.finished, self.total, task.name)
         return new
 
-    after: dict[str, Callable[[Outcome], Sequence[Task]]] = field(default_factory=dict)
-    """Task → what follows from its outcome."""
-
-    def _task(
-        self, name: str, call: Callable[[Say], Any], then: Callable[[Outcome], Sequence[Task]], alone: bool = False
-    ) -> Task:
+    def _task(self, name: str, call: Callable[[Say], Any], then: Then, alone: bool = False) -> Task:
         self.after[name] = then
         return Task(name, call, alone)
 
@@ -246,6 +246,7 @@ class _Run:
     def _written(self, subject: Subject, outcome: Outcome) -> list[Task]:
         if outcome.refused or outcome.failed:
             write_card(self.out, _unmade(subject, outcome))
+        join(self.out)  # a long run can be looked at
         return []
 
 
