@@ -18,6 +18,8 @@ Row = Mapping[str, Any]
 SMALLEST = 1e-16
 """Errors below are drawn here."""
 LEFT, RIGHT, STEP = 350.0, 1040.0, 19.0
+LETTER = 6.6
+"""Pixels that a letter takes at most, on average."""
 
 
 def benchmarks_page(rows: Sequence[Row], place: Place = ALONE) -> str:
@@ -86,14 +88,17 @@ def _table(name: str, rows: Sequence[Row]) -> Table:
 
 def overview(groups: Mapping[str, Sequence[Row]]) -> Markup:
     """A line for every answer: the error reached as a dot, what is allowed as a bar, on one logarithmic axis."""
-    axis = Axis(-16.0, 0.0, LEFT, RIGHT, log=True)
+    labels = [f"{row['quantity']}, {row['method']}" for rows in groups.values() for row in rows]
+    left = max(LEFT, LETTER * max(map(len, labels), default=0) + 16)
+    right = left + RIGHT - LEFT
+    axis = Axis(-16.0, 0.0, left, right, log=True)
     parts: list[Markup] = []
     y = 34.0
     for name, rows in groups.items():
         parts.append(tag("text", name, class_="group", x="0", y=y + 4))
         y += STEP
         for row in rows:
-            parts.append(tag("text", f"{row['quantity']}, {row['method']}", x=LEFT - 12, y=y + 4, text_anchor="end"))
+            parts.append(tag("text", f"{row['quantity']}, {row['method']}", x=left - 12, y=y + 4, text_anchor="end"))
             parts += _answer(row, axis, y)
             y += STEP
         y += 8
@@ -102,7 +107,7 @@ def overview(groups: Mapping[str, Sequence[Row]]) -> Markup:
     ]
     names = [tag("text", power(k), x=axis.at(10.0**k), y=12.0, text_anchor="middle") for k in range(-16, 1, 2)]
     title = "Error reached (dot) and allowed (bar) of every answer, logarithmic"
-    return figure([*grid, *names, *parts], RIGHT + 24.0, y + 6, title, class_="plot")
+    return figure([*grid, *names, *parts], right + 24.0, y + 6, title, class_="plot")
 
 
 def _answer(row: Row, axis: Axis, y: float) -> list[Markup]:
