@@ -18,9 +18,9 @@ STYLES = {
     "symgen (SciPy)": 2,
     "Pinocchio ABA (SciPy)": 1,
     "Exudyn KinematicTree": 3,
-    "Exudyn redundant": 5,
+    "Exudyn redundant": 6,
 }
-STEP_STYLES = {"semi_implicit_euler": 3, "rk4": 1, "lie": 5, "implicit_midpoint": 2, "variational": 0}
+STEP_STYLES = {"semi_implicit_euler": 3, "rk4": 1, "lie": 4, "implicit_midpoint": 2, "variational": 0}
 BARS = (1e-4, 1e-7, 1e-10)
 SMALLEST = 1e-17
 """Errors of zero are drawn here."""
@@ -87,7 +87,7 @@ def _lines(points: Points, what: str) -> list[Line]:
             for p in mine
         )  # fmt: skip
         if places:
-            found.append(Line(f"{program}: {integrator}", places, STYLES.get(program, 6), kind))
+            found.append(Line(f"{program}: {integrator}", places, STYLES.get(program, 4), kind))
     return found
 
 
@@ -201,11 +201,15 @@ def _energy(data: Mapping[str, Any]) -> dict[str, object]:
     }
 
 
+def _times(growth: float) -> str:
+    return f"{growth:.2f}" if growth < 100 else scientific(growth)
+
+
 def _long_table(rows: Points) -> Table:
     cells = []
     for row in rows:
         numbers = tuple("–" if x is None else scientific(x) for x in (row["first"], row["last"]))
-        growth = "–" if row["failed"] or row["growth"] is None else f"{row['growth']:.2f}"
+        growth = "–" if row["failed"] or row["growth"] is None else _times(row["growth"])
         verdict = row["failed"] or ("bounded" if row["bounded"] else "grows")
         style = "pass" if row["bounded"] else "fail"
         cells.append((row["method"], *numbers, growth, Markup('<span class="{}">{}</span>').format(style, verdict),
