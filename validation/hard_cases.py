@@ -12,15 +12,18 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from symgen.errors import SceneError, SymgenError
+from symgen.errors import SceneError, SymgenError, ToolError
 
 if TYPE_CHECKING:
     from symgen.validation.hard.case import Case, Finding
 
 
 def all_cases() -> tuple[Case, ...]:
-    """Raises ToolError without python-flint."""
-    from symgen.validation.hard import configurations, masses, motions, places
+    """Raises ToolError without python-flint or SciPy."""
+    try:
+        from symgen.validation.hard import configurations, masses, motions, places
+    except ModuleNotFoundError as error:
+        raise ToolError(f"{error.name} is not installed: pip install 'symgen[accuracy]'") from error
 
     return (*masses.CASES, *configurations.CASES, *places.CASES, *motions.CASES)
 

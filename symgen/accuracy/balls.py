@@ -22,6 +22,7 @@ try:
 except ImportError as error:  # pragma: no cover
     raise ToolError("python-flint is not installed: pip install 'symgen[accuracy]'") from error
 
+__all__ = ["ArbNumbers", "Exact", "Reference", "arb", "ctx", "errors", "relative", "relative_to"]
 Array = NDArray[np.float64]
 Ball = Any
 

@@ -19,9 +19,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from flint import arb, ctx
-
-from symgen.accuracy.balls import ArbNumbers
+from symgen.accuracy.balls import ArbNumbers, arb, ctx
 from symgen.errors import NotSupportedError, SceneError
 from symgen.program.instructions import Instruction, Program
 from symgen.program.rounding import is_datum

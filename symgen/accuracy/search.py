@@ -5,11 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import differential_evolution, minimize
 
 from symgen.accuracy.balls import Reference, relative
 from symgen.accuracy.states import Array, Box, rounded
 from symgen.accuracy.variants import Compiled
+from symgen.errors import ToolError
+
+try:
+    from scipy.optimize import differential_evolution, minimize
+except ImportError as error:  # pragma: no cover
+    raise ToolError("SciPy is not installed: pip install 'symgen[accuracy]'") from error
 
 POPULATION = 24
 RESTARTS = 3
