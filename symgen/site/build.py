@@ -197,14 +197,27 @@ class _Run:
             write_card(self.out, _unmade(subject, outcome))
             return []
         key = scene_key(subject.scene.sha256, outcome.value)
-        wanted = [id for id in self.settings.measures if MEASURES[id].of_scenes]
-        new = [t for id in wanted for t in self._measure(id, key, subject)]
+        new = self._measure_all(key, subject)
         self.waiting[subject.folder] = len(new)
         return new or self._page(subject)
 
     def _about_symgen(self) -> list[Task]:
-        wanted = [id for id in self.settings.measures if not MEASURES[id].of_scenes]
-        return [t for id in wanted for t in self._measure(id, site_key(), None)]
+        return self._measure_all(site_key(), None)
+
+    def _measure_all(self, key: Key, subject: Subject | None) -> list[Task]:
+        """What is asked for of a scene (None: of symgen as a whole); what is stored of something else is noted."""
+        name, folder = (subject.scene.name, subject.folder) if subject else ("", "")
+        found: list[Task] = []
+        for id, row in MEASURES.items():
+            if row.of_scenes is not (subject is not None):
+                continue
+            if id in self.settings.measures:
+                found += self._measure(id, key, subject)
+                continue
+            stored = read_record(record_path(self.out, folder, id))
+            if stored is not None and stored.measured and stored.key != key:
+                self.lines.append(Line(name, row.title, "outdated"))
+        return found
 
     def _measure(self, id: str, key: Key, subject: Subject | None) -> list[Task]:
         row, effort = MEASURES[id], self.settings.effort

@@ -14,7 +14,8 @@ class Line:
     """Empty for what is about symgen as a whole."""
     what: str
     state: str
-    """measured, stored, refused or failed."""
+    """measured, stored, refused, failed, or outdated: what is stored is of another scene, other code or another
+    symgen, and is not shown."""
     reason: str = ""
 
 
@@ -51,6 +52,9 @@ class SiteResult:
         width = max((len(name) for name, _, _ in self.scenes), default=0)
         lines = [f"{name:<{width}}  {verdict}" for name, verdict, _ in self.scenes]
         lines += [f"not measured: {_subject(line)}: {line.reason}" for line in self.lines if line.state == "refused"]
+        outdated = [_subject(line) for line in self.lines if line.state == "outdated"]
+        if outdated:
+            lines.append(f"not shown, as what was measured has changed since: {'; '.join(outdated)}")
         lines += [f"FAILED: {_subject(line)}: {line.reason}" for line in self.lines if line.state == "failed"]
         lines += [f"FAILED: {failure}" for failure in self.failures]
         counted = {state: sum(line.state == state for line in self.lines) for state in ("measured", "stored")}

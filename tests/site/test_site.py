@@ -88,7 +88,9 @@ def test_a_changed_scene_is_measured_again(put: Put, small: Small, tmp_path: Pat
     scene.write_text(text, encoding="utf-8")
     build_site([scene], site, VALIDATION)
     scene.write_text(re.sub(r"mass: [0-9.]+", "mass: 7.5", text, count=1), encoding="utf-8")
-    assert build_site([scene], site, NOTHING).scenes[0][2] is None  # what was measured of another mass is not shown
+    changed = build_site([scene], site, NOTHING)
+    assert changed.scenes[0][2] is None  # what was measured of another mass is not shown
+    assert "not shown, as what was measured has changed since: arm, validation" in changed.to_text()
     assert "not validated" in html(site)["arm/index.html"]
     assert [line.state for line in build_site([scene], site, VALIDATION).lines] == ["measured"]
 
