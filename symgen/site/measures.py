@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -83,11 +82,8 @@ def measure(id: str, scene: Scene | None, effort: str, say: Say) -> Any:
         function = getattr(importlib.import_module(row.module), row.function)
     except (ImportError, AttributeError) as error:
         raise NotSupportedError(missing(error) or f"{row.title.lower()} cannot be measured by this symgen") from None
-    settings = dict(row.settings(effort))
-    known = inspect.signature(function).parameters
-    settings = {name: value for name, value in settings.items() if name in known}
     try:
-        return function(*([scene] if row.of_scenes else []), say, **settings)
+        return function(*([scene] if row.of_scenes else []), say, **row.settings(effort))
     except ImportError as error:
         raise ToolError(missing(error) or str(error)) from None
 

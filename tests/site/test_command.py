@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import inspect
 import json
 import subprocess
 import sys
@@ -106,6 +108,16 @@ def test_choice_of_measurements() -> None:
     assert chosen(("all",)) == tuple(MEASURES)
     assert chosen(("none",)) == ()
     assert chosen(("motion", "validation", "motion")) == ("validation", "motion")
+
+
+@pytest.mark.parametrize("id", list(MEASURES))
+def test_measurements_take_their_settings(id: str) -> None:
+    """What a page says of settings is what was asked of the function."""
+    row = MEASURES[id]
+    function = getattr(importlib.import_module(row.module), row.function)
+    given = [None] * (1 + row.of_scenes)
+    for effort in ("quick", "full"):
+        inspect.signature(function).bind(*given, **row.settings(effort))
 
 
 def test_help_imports_nothing_slow() -> None:
