@@ -73,6 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     try:
         rows = list(answers(options.names, _say))
+        _say("")
         data = [row_data(row) for row in rows]
         if options.report:
             from symgen.report.benchmarks import benchmarks_page

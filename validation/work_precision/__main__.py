@@ -56,6 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise SceneError(f"at most {LONGEST:g} s: over longer times errors only grow", "--time")
         for name in options.scenes:
             data = precision_data(found(name), _say, seconds=options.time, effort=FULL if options.full else QUICK)
+            _say("")
             documents.append(data)
             if options.output is not None:
                 write(options.output, data)
