@@ -102,11 +102,19 @@ def _one_call(subject: Subject) -> list[Mapping[str, Any]]:
     ]
 
 
+def _digits(value: float, digits: int) -> str:
+    """A positive number to so many digits, never as a power of ten."""
+    before = len(str(int(value))) if value >= 1.0 else 0
+    return f"{value:,.{max(digits - before, 0)}f}"
+
+
 def _time(subject: Subject) -> Glance | None:
     ours = [row for row in _one_call(subject) if row["peer"] == "symgen"]
     if not ours:
         return None
-    return Glance(f"{ours[0]['ns_median']:.3g} ns", "speed", "forward dynamics", f"forward_dynamics, {ours[0]['plan']}")
+    return Glance(
+        f"{_digits(ours[0]['ns_median'], 3)} ns", "speed", "forward dynamics", f"forward_dynamics, {ours[0]['plan']}"
+    )
 
 
 def _peers(subject: Subject) -> Glance | None:
@@ -117,7 +125,7 @@ def _peers(subject: Subject) -> Glance | None:
     if not ours or not others:
         return None
     best = min(others, key=lambda row: row["ns_median"])
-    return Glance(f"{best['ns_median'] / ours[0]:.2g}×", "speed", "", f"forward_dynamics by {best['peer']}")
+    return Glance(f"{_digits(best['ns_median'] / ours[0], 2)}×", "speed", "", f"forward_dynamics by {best['peer']}")
 
 
 Column = Callable[[Subject], Glance | None]

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from symgen.site import glance
 from symgen.site.build import Settings, build_site
 from symgen.site.pages import read_cards
 from symgen.site.store import verdicts
@@ -230,3 +231,9 @@ def test_verdicts_are_counted_at_the_leaves() -> None:
     assert verdicts([]) == verdicts({"a": 1, "b": "passed"}) == verdicts(beside) == (0, 0)
     assert verdicts([right, wrong, {"passed": False, "rows": [right, right]}]) == (4, 1)
     assert verdicts({"passed": True, "cases": [{"findings": [right, beside, wrong]}]}) == (2, 1)
+
+
+def test_numbers_at_a_glance_are_plain() -> None:
+    shown = [glance._digits(x, 2) for x in (0.79, 1.0, 1.96, 12.4, 187.0, 1870.0)]
+    assert shown == ["0.79", "1.0", "2.0", "12", "187", "1,870"]
+    assert [glance._digits(x, 3) for x in (4.0, 17.0, 123.4)] == ["4.00", "17.0", "123"]
