@@ -45,6 +45,8 @@ class Rod:
     body: int
     start: Point
     end: Point
+    name: str = ""
+    """What stands at its end; empty where nothing with a name does."""
 
 
 @dataclass(frozen=True)

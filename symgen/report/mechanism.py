@@ -13,6 +13,7 @@ from symgen.natural.entities import Entity
 from symgen.report import solids
 from symgen.report.drawing import Drawing, Frame, Label, Motion, Shape, Slider
 from symgen.report.joint_symbols import draw_ground, draw_joint
+from symgen.report.place_names import place_name
 from symgen.report.sketch import Sketch, array, body_colour, cut_place, distinct, triple
 from symgen.report.solids import Array, unit
 from symgen.scene.joints import JOINT_TYPES
@@ -151,7 +152,7 @@ def _draw_body(sketch: Sketch, body: TreeBody, bones: list[Array]) -> None:
     to join, the uniform box that has the body's mass and inertia."""
     colour = body_colour(body.index)
     for point in bones[1:]:
-        sketch.rod(body.index, bones[0], point)
+        sketch.rod(body.index, bones[0], point, place_name(sketch.system, body.index, point))
     if len(bones) > 2:
         sketch.place("hull", body.index, bones, colour, lift=-0.1 * sketch.scale)
     for part, place in body.parts:
@@ -160,7 +161,7 @@ def _draw_body(sketch: Sketch, body: TreeBody, bones: list[Array]) -> None:
         if len(bones) < 2 and part.mass and not sketch.system.tree.children[body.index]:
             _draw_inertia(sketch, body.index, part, rotation, centre)
         if len(bones) < 2 and part.mass:
-            sketch.rod(body.index, np.zeros(3), centre)
+            sketch.rod(body.index, np.zeros(3), centre, f"the centre of mass of {part.name}")
         if part.mass:
             sketch.place("com", body.index, [centre], "com", 4.5, 0.3 * sketch.scale)
 

@@ -97,14 +97,19 @@ def _candidates(drawing: Drawing, bodies: Sequence[str]) -> list[_Traced]:
     found: dict[tuple[int, Point], str] = {}
     labels = {(label.body, label.point): label.text for label in drawing.labels if label.kind == "point"}
     for rod in drawing.rods:
-        text = labels.get((rod.body, rod.end))
-        found[rod.body, rod.end] = f"{text} of {bodies[rod.body]}" if text else f"the tip of {bodies[rod.body]}"
+        label = labels.get((rod.body, rod.end))
+        own = f"{label} of {bodies[rod.body]}" if label else f"the tip of {bodies[rod.body]}"
+        found.setdefault((rod.body, rod.end), rod.name or own)
     bare = set(range(len(bodies))) - {rod.body for rod in drawing.rods}
     for label in drawing.labels:
         if label.body in bare and label.kind in ("point", "vector"):
             text = label.text if label.kind == "point" else f"the end of {label.text}"
             found.setdefault((label.body, label.point), f"{text} of {bodies[label.body]}")
-    return [_Traced(body, point, name) for (body, point), name in found.items()]
+    names = list(found.values())
+    return [
+        _Traced(body, point, f"{name} ({names[:k].count(name) + 1})" if names.count(name) > 1 else name)
+        for k, ((body, point), name) in enumerate(found.items())
+    ]
 
 
 def _traced(drawing: Drawing, bodies: Sequence[str], poses: _Poses) -> list[_Traced]:

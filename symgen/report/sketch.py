@@ -73,9 +73,9 @@ class Sketch:
     ) -> None:
         self.shapes.append(Shape(kind, body, tuple(triple(p) for p in points), colour, size, lift))
 
-    def rod(self, body: int, start: Array, end: Array) -> None:
+    def rod(self, body: int, start: Array, end: Array, name: str = "") -> None:
         length = float(np.linalg.norm(end - start))
         if length > 0.02 * self.scale:
-            self.rods.append(Rod(body, triple(start), triple(end)))
+            self.rods.append(Rod(body, triple(start), triple(end), name))
             pieces = min(8, max(1, round(length / (0.12 * self.scale))))
             self.faces(body, solids.tube(start, end, 0.36 * self.symbol, 8, pieces), body_colour(body))

@@ -1,6 +1,6 @@
 """A motion to look at: where every body is, many times a second, from a start that shows what the mechanism does.
 
-The start needs nobody to choose it, and is gentle: joints hang at their least potential energy, a little apart from it.
+The start needs nobody to choose it, and is gentle: joints start apart from their least potential energy.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@ falls.
 
 Rules, in this order:
 
-* Joints are put where the potential energy of gravity and springs is least, and then turned (or drawn out) a little
-  away from there, this way and that, within their limits.
+* Joints are put where the potential energy of gravity and springs is least within their limits, and then turned (or
+  drawn out) away from there, this way and that, within their limits.
 * Angles on which the potential energy does not depend turn at `SPIN`.
 * A ball joint whose body stands on it spins faster than the sleeping top must; one whose body hangs swings and turns.
 * A free body tumbles about its middle principal axis, nearly.
@@ -196,6 +196,7 @@ def _held(chooser: _Chooser, one: _Coordinate) -> bool:
 
 def _displace(chooser: _Chooser, coordinates: list[_Coordinate]) -> None:
     held = [one for one in coordinates if _held(chooser, one)]
+    said = _let_go(chooser, held)
     angle = 1.1 / math.sqrt(max(1, len(held)))
     for k, one in enumerate(held):
         moved = chooser.q[one.q] + (angle if not one.metres else 1.0) * _step(one, k)
@@ -205,9 +206,25 @@ def _displace(chooser: _Chooser, coordinates: list[_Coordinate]) -> None:
     for k, one in enumerate(turning):
         chooser.v[one.v] = SPIN * (1.0 if k % 2 == 0 else -0.7)
     if held:
-        chooser.said.append("The joints are let go a little away from where they would hang at rest.")
+        chooser.said.append(said)
     if turning:
         chooser.said.append(f"What no force holds back turns at {SPIN} rad/s at first.")
+
+
+def _let_go(chooser: _Chooser, held: list[_Coordinate]) -> str:
+    """What is said of the start: a place where limits hold a joint is not one where it hangs at rest."""
+    close = 2e-3  # coordinates at rest are rounded to three digits
+    names = [body.joint.name for one in held for body in _own(chooser.system) if body.q <= one.q < body.q + body.nq]
+    limited = {
+        name for name, one in zip(names, held, strict=True)
+        if not one.metres and min(chooser.q[one.q] - one.low, one.high - chooser.q[one.q]) < close
+    }  # fmt: skip
+    if not limited:
+        return "The joints are let go away from where they would hang at rest."
+    names = [name for name in dict.fromkeys(names) if name in limited]
+    there = f"{', '.join(names[:-1])} and {names[-1]} are at a limit" if len(names) > 1 else f"{names[0]} is at a limit"
+    text = "The joints are let go away from where their potential energy is least within their limits"
+    return f"{text} ({there} there; the equations have no stops, so the motion may go beyond)."
 
 
 def _throw(chooser: _Chooser, coordinates: list[_Coordinate], seconds: float) -> float:

@@ -109,7 +109,7 @@ def test_the_page_has_player_stills_and_curves(tmp_path: Path) -> None:
     told = json.loads(re.findall(r'id="motion-data">(.*?)</script>', page, re.S)[0])
     assert len(told["frames"]) == 60 and len(told["corners"]) == 2
     assert page.count('class="still"') == STILLS and page.count('class="cursor"') == 2
-    assert "autoplay" not in page and "the tip of lower" in page
+    assert "autoplay" not in page and "the frame tip" in page
     write_report(tmp_path / "without.html", scene)
     assert "motion-data" not in (tmp_path / "without.html").read_text(encoding="utf-8")
 
@@ -187,3 +187,19 @@ def test_it_plays(tmp_path: Path) -> None:
         assert str(page.text_content("#motion-readout")).startswith("0.00")
         assert said == [] and page.evaluate("document.documentElement.scrollWidth <= innerWidth")
         browser.close()
+
+
+def test_what_is_said_of_the_start_is_true() -> None:
+    """Where a limit holds a joint, it does not hang at rest."""
+    found = data("payload")
+    assert "lift is at a limit there" in found["start"] and "hang at rest" not in found["start"]
+    assert "hang at rest" in data("double_pendulum")["start"]
+    said = str(section.values(found)["energy"])
+    assert said.startswith("Dampers take energy away") and " J to " in said
+    assert "of their size" in str(section.values(data("double_pendulum"))["energy"])
+
+
+def test_points_whose_path_is_drawn_have_different_names() -> None:
+    points = player(draw(derive(load(ROOT / "examples/payload.scene.yaml"))), data("payload"), 1.0).points
+    assert len(points) == len(set(points)) > 3
+    assert "the frame tool" in points and "the joint elbow" in points

@@ -50,10 +50,14 @@ def _state(letter: str, numbers: Sequence[float]) -> tuple[str, str]:
 
 
 def _energy(data: Mapping[str, Any]) -> str:
-    drift = scientific(data["monitors"]["energy_drift"])
+    """In joules, whose zero anybody chooses, where dampers work; else how well the motion keeps it."""
     if data["conservative"]:
-        return f"Nothing takes energy away; the computed motion changes it by {drift} of its scale."
-    return f"Dampers take energy away: the total changes by {drift} of its scale."
+        drift = scientific(data["monitors"]["energy_drift"])
+        text = "Nothing takes energy away: the computed motion keeps kinetic and potential energy together to"
+        return f"{text} {drift} of their size (their sum at first, or the largest kinetic energy if that is more)."
+    first, last = (data["kinetic"][k] + data["potential"][k] for k in (0, -1))
+    text = f"Dampers take energy away: kinetic and potential energy together go from {first:.4g} J to {last:.4g} J"
+    return minus(f"{text}.")
 
 
 @dataclass(frozen=True)
