@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import asdict, dataclass, field
 
+NOT_INSTALLED = "it is not installed"
+"""Why a simulator was not compared with."""
+
 
 @dataclass(frozen=True)
 class Row:
@@ -82,6 +85,11 @@ class ValidationResult:
     def passed(self) -> bool:
         """True when something was checked and every check passed."""
         return bool(self.rows) and all(row.passed for row in self.rows)
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Simulators that nothing was compared with, as they are not installed."""
+        return tuple(skip.check.capitalize() for skip in self.skipped if skip.reason == NOT_INSTALLED)
 
     def failures(self) -> tuple[Row, ...]:
         return tuple(row for row in self.rows if not row.passed)

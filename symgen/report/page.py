@@ -208,10 +208,11 @@ def _badge(result: ValidationResult | None, refusal: str) -> Markup:
 
 
 def verdict(result: ValidationResult) -> tuple[str, str]:
-    """Text, and the class it is set in."""
+    """Text, with the simulators that were missing, and the class it is set in."""
+    missing = f", {words.listed(result.missing)} not installed" if result.missing else ""
     if result.passed:
-        return f"✓ {words.counted(len(result.rows), 'check')} passed", "pass"
-    return f"✗ {len(result.failures())} of {len(result.rows)} checks failed", "fail"
+        return f"✓ {words.counted(len(result.rows), 'check')} passed{missing}", "pass"
+    return f"✗ {len(result.failures())} of {len(result.rows)} checks failed{missing}", "fail"
 
 
 def _facts(system: System, manifest: Mapping[str, Any] | None) -> list[tuple[str, str]]:

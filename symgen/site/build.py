@@ -34,6 +34,7 @@ from symgen.site.store import (
     write_record,
 )
 from symgen.site.tasks import Outcome, Task
+from symgen.site.tools import installed
 
 HEAVY = ("symgen.targets.sympy", "symgen.targets.casadi")
 """Imported when functions are generated and equations written."""
@@ -224,9 +225,9 @@ class _Run:
         scene, folder = (subject.scene, subject.folder) if subject else (None, "")
         path = record_path(self.out, folder, id)
         stored = read_record(path)
-        empty = Record(id, key, effort, dict(row.settings(effort)))
+        empty = Record(id, key, effort, dict(row.settings(effort)), tools=installed(row.tools))
         name = scene.name if scene else ""
-        serves = stored is not None and stored.serves(key, effort, empty.settings) and can_be_shown(stored)
+        serves = stored is not None and stored.serves(empty) and can_be_shown(stored)
         if serves and not self.settings.fresh:
             self.lines.append(Line(name, row.title, "stored"))
             return []

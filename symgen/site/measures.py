@@ -28,6 +28,8 @@ class Measure:
     alone: bool = False
     """It takes times, so nothing else runs meanwhile."""
     of_scenes: bool = True
+    tools: tuple[str, ...] = ()
+    """Packages that are used where they are installed, so that other versions of them are measured with anew."""
 
     def settings(self, effort: str) -> Mapping[str, Any]:
         return self.full if effort == "full" else self.quick
@@ -38,22 +40,27 @@ MEASURES = {
     measure.id: measure
     for measure in (
         Measure(
-            "validation", "Validation", "symgen.site.validation", "validation_data", {"states": 1000}, {"states": 1000}
+            "validation", "Validation", "symgen.site.validation", "validation_data", {"states": 1000}, {"states": 1000},
+            tools=("pin", "exudyn"),
         ),
         Measure("motion", "Motion", "symgen.simulate", "motion_data"),
         Measure(
             "rounding", "Rounding error", "symgen.accuracy", "rounding_data",
             {"states": 1000, "search": 100}, {"states": 10_000, "search": 400},
+            tools=("python-flint",),
         ),
         Measure(
             "precision", "Work and precision", "symgen.site.adapters", "precision_data",
-            {"effort": "quick"}, {"effort": "full"}, alone=True,
+            {"effort": "quick"}, {"effort": "full"}, alone=True, tools=("scipy", "pin", "exudyn"),
         ),
         Measure(
             "speed", "Speed against error", "symgen.bench", "speed_data",
             {"variants": "none", "rounds": 31}, {"variants": "standard", "rounds": 101}, alone=True,
+            tools=("casadi", "pin", "cmeel-cppadcodegen", "mujoco", "adam-robotics", "sympy", "python-flint"),
         ),
-        Measure("hard", "Hard cases", "symgen.validation.hard_cases", "hard_data", of_scenes=False),
+        Measure(
+            "hard", "Hard cases", "symgen.validation.hard_cases", "hard_data", of_scenes=False, tools=("python-flint",)
+        ),
         Measure(
             "benchmarks", "Benchmarks", "symgen.validation.benchmarks", "benchmark_data", alone=True, of_scenes=False
         ),

@@ -47,15 +47,19 @@ class Record:
     """It broke, or a certificate failed."""
     cpu_seconds: float = field(default=0.0, compare=False)
     """What it took, with the compilers and programs that it started."""
+    tools: Mapping[str, str] = field(default_factory=dict)
+    """Package → the version that was installed, or ``absent``, of those that it uses where they are there."""
 
     @property
     def measured(self) -> bool:
         return not self.refused and not self.failed
 
-    def serves(self, key: Key, effort: str, settings: Mapping[str, Any]) -> bool:
-        """Whether nothing need be measured anew. What took full effort serves where a quick one is asked for."""
+    def serves(self, asked: Record) -> bool:
+        """Whether nothing need be measured anew for what is asked. What took full effort serves where a quick one is
+        asked for. What other simulators were installed for is shown as what it is, and serves no more."""
+        settings, effort = asked.settings, asked.effort
         same = dict(self.settings) == dict(settings) or (self.effort == "full" and effort == "quick")
-        return self.measured and self.key == key and same
+        return self.measured and self.key == asked.key and same and dict(self.tools) == dict(asked.tools)
 
 
 def scene_key(sha256: str, code: str) -> Key:

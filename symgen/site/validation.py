@@ -7,23 +7,23 @@ from typing import Any
 
 from symgen.scene.model import Scene
 from symgen.site.measures import Say
-from symgen.validation.result import Refinement, Row, Skip, Trajectory, ValidationResult
+from symgen.site.tools import ABSENT, installed
+from symgen.validation.result import NOT_INSTALLED, Refinement, Row, Skip, Trajectory, ValidationResult
 
-SIMULATORS = {"pinocchio": "pinocchio", "exudyn": "exudyn"}
-"""Name → the module that it is imported by."""
+SIMULATORS = {"pinocchio": "pin", "exudyn": "exudyn"}
+"""Name → its package."""
 
 
 def validation_data(scene: Scene, say: Say, *, states: int = 1000) -> dict[str, Any]:
     """`symgen.validation.validate` with the simulators that are installed."""
-    from importlib.util import find_spec
-
     from symgen.validation import validate
 
-    against = [name for name, module in SIMULATORS.items() if find_spec(module) is not None]
+    versions = installed(tuple(SIMULATORS.values()))
+    against = [name for name, package in SIMULATORS.items() if versions[package] != ABSENT]
     data = validate(scene, against, states, progress=lambda done, total, what: say(what)).to_json()
     for name in SIMULATORS:
         if name not in against:
-            data["skipped"] = [*_list(data["skipped"]), {"check": name, "reason": "it is not installed"}]
+            data["skipped"] = [*_list(data["skipped"]), {"check": name, "reason": NOT_INSTALLED}]
     return data
 
 

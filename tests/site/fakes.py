@@ -14,6 +14,7 @@ from symgen.report.shell import Place, page
 from symgen.scene.model import Scene
 from symgen.site import join
 from symgen.site.measures import MEASURES, Measure, Say
+from symgen.validation.result import NOT_INSTALLED
 from tests.report import pages
 
 HERE = __name__
@@ -23,6 +24,10 @@ def validation(scene: Scene, say: Say, *, states: int = 10) -> dict[str, Any]:
     say("comparing")
     result = pages.result_for(scene)
     return replace(result, states=states, rows=tuple(row for row in result.rows if "<b>" not in row.quantity)).to_json()
+
+
+def without_pinocchio(scene: Scene, say: Say) -> dict[str, Any]:
+    return {**validation(scene, say), "skipped": [{"check": "pinocchio", "reason": NOT_INSTALLED}]}
 
 
 def failing(scene: Scene, say: Say) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import itertools
 import json
 import re
@@ -10,8 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from symgen.site import glance
+from symgen.bench.peers import registry
+from symgen.site import glance, tools
 from symgen.site.build import Settings, build_site
+from symgen.site.measures import MEASURES
 from symgen.site.pages import read_cards
 from symgen.site.store import verdicts
 from tests.report import pages
@@ -237,3 +240,31 @@ def test_numbers_at_a_glance_are_plain() -> None:
     shown = [glance._digits(x, 2) for x in (0.79, 1.0, 1.96, 12.4, 187.0, 1870.0)]
     assert shown == ["0.79", "1.0", "2.0", "12", "187", "1,870"]
     assert [glance._digits(x, 3) for x in (4.0, 17.0, 123.4)] == ["4.00", "17.0", "123"]
+
+
+def test_another_simulator_is_measured_with_anew(
+    put: Put, small: Small, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What was measured without it stays shown, and says so."""
+    put("validation", "without_pinocchio", tools=("pin",))
+    monkeypatch.setattr(tools, "_version", lambda package: tools.ABSENT)
+    here, scene = ["pendulum/Validation"], small("pendulum")
+    assert build(tmp_path, scene) == {"measured": here}
+    told = build_site([scene], tmp_path, VALIDATION)
+    assert [line.state for line in told.lines] == ["stored"]
+    assert "checks passed, Pinocchio not installed" in told.to_text()
+    assert "checks passed, Pinocchio not installed" in reading.text_of(html(tmp_path)["index.html"])
+    monkeypatch.setattr(tools, "_version", lambda package: "4.1.0")
+    assert build(tmp_path, scene, settings=NOTHING) == {}
+    assert "Pinocchio not installed" in html(tmp_path)["index.html"]
+    put("validation", "validation", tools=("pin",))
+    assert build(tmp_path, scene) == {"measured": here}
+    assert "Pinocchio not installed" not in html(tmp_path)["index.html"]
+
+
+def test_versions_are_of_what_is_installed() -> None:
+    asked = {package for row in MEASURES.values() for package in row.tools}
+    assert asked <= set(tools.MODULES)
+    assert tools._version("sympy") == importlib.metadata.version("sympy")
+    peers = {peer.package for peer in registry.PEERS}
+    assert peers <= set(MEASURES["speed"].tools)
