@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
 from symgen.bench.frontier import TIE, Standing, order, standings
-from symgen.bench.variant import OURS, USUAL, Left
+from symgen.bench.variant import OURS, PRINTED, USUAL, Left, is_ours
 from symgen.show import table
 
 
@@ -55,7 +55,7 @@ class Row:
     plan: str = ""
     """How it computes, for ours."""
     own: bool = False
-    """Whether it is symgen's, in whatever form."""
+    """Whether it is symgen's, in whatever form (see `symgen.bench.variant.is_ours`)."""
     batch: bool = False
     """Whether one call does all states."""
 
@@ -99,7 +99,7 @@ class BenchResult:
         own = {name: data[name] for name in (f.name for f in fields(cls))}
         lists = {
             "functions": tuple(FunctionFacts(**row) for row in data["functions"]),
-            "rows": tuple(Row(**row) for row in data["rows"]),
+            "rows": tuple(Row(**{**row, "own": is_ours(row["peer"])}) for row in data["rows"]),
             "left": tuple(Left(**row) for row in data["left"]),
             "notes": tuple(data["notes"]),
         }
@@ -112,8 +112,8 @@ class BenchResult:
 
     @property
     def peers(self) -> list[str]:
-        """The same without our further forms."""
-        forms = {row.peer for row in self.rows if row.own and row.peer not in USUAL}
+        """Those that tables have a column of: the same without our further forms."""
+        forms = {row.peer for row in self.rows if row.own and row.peer not in (*USUAL, PRINTED)}
         return [name for name in self.programs if name not in forms]
 
     def of(self, function: str) -> list[Row]:
@@ -130,6 +130,11 @@ class BenchResult:
             beside = [None if standing.by is None else rows[standing.by] for standing in verdicts]
             found += [(rows[k], verdicts[k], beside[k]) for k in order(rows)]
         return found
+
+    def fastest_other(self, function: str) -> Row | None:
+        """The peer of the least median time; None where there is none."""
+        others = [row for row in self.of(function) if not row.own]
+        return min(others, key=lambda row: row.ns_median, default=None)
 
     def row(self, peer: str, function: str) -> Row | None:
         return next((row for row in self.rows if (row.peer, row.function) == (peer, function)), None)

@@ -21,6 +21,15 @@ OURS = "symgen"
 """The name of our scalar functions among the variants; ratios are to these."""
 USUAL = (OURS, "symgen batch", "symgen soa")
 """Our functions as their scene asks for them: one state, and batches. What else is ours is a further form."""
+PRINTED = f"{OURS}-casadi"
+"""Our expressions as CasADi prints them: a form of ours, in the tables beside what peers have."""
+
+
+def is_ours(program: str) -> bool:
+    """Whether a program of the bench is symgen's, in whatever form. What is not is a peer."""
+    return program in (OURS, PRINTED) or program.startswith(f"{OURS} ")
+
+
 FUNCTIONS = (
     "mass_matrix",
     "bias_force",
@@ -93,8 +102,6 @@ class Variant:
     operations: int | None = None
     plan: str = ""
     """How it computes, for ours."""
-    own: bool = False
-    """Whether it is symgen's, in whatever form."""
     symbol: str = ""
     """The C function that is called, for ours."""
     sized: bool = True
@@ -103,6 +110,11 @@ class Variant:
     @property
     def name(self) -> str:
         return f"{self.peer} {self.function}"
+
+    @property
+    def own(self) -> bool:
+        """Whether it is symgen's, in whatever form."""
+        return is_ours(self.peer)
 
 
 @dataclass(frozen=True)

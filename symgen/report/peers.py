@@ -9,7 +9,7 @@ from typing import Any
 
 from symgen.bench.frontier import NOISE, SAMPLED
 from symgen.bench.result import BenchResult, Row
-from symgen.bench.variant import OURS
+from symgen.bench.variant import OURS, is_ours
 from symgen.report.measured.speed import LOOKS, UNKNOWN, broken, left_table, number, thousands
 from symgen.report.shell import ALONE, Place, page
 from symgen.report.strips import Strip, strips
@@ -221,6 +221,8 @@ def versions(results: Sequence[BenchResult]) -> Table:
     lines: dict[tuple[str, str], list[str]] = {}
     for result in results:
         for peer, version in result.versions.items():
+            if is_ours(peer):
+                continue
             lines.setdefault((peer, version), []).append(result.scene)
         flags = f"{result.compiler} {result.flags}"
         for what, text in (("processor", result.processor), ("compiler", flags)):
@@ -237,7 +239,7 @@ def left(results: Sequence[BenchResult]) -> Table:
     lines: dict[tuple[str, str, str], list[str]] = {}
     for result in results:
         for peer, functions, why in left_table(result).rows:
-            if not peer.startswith(OURS) or peer in LOOKS:
+            if not is_ours(peer):
                 lines.setdefault((peer, functions, why), []).append(result.scene)
     rows = tuple((peer, functions, why, ", ".join(names)) for (peer, functions, why), names in lines.items())
     return Table("Left out", ("program", "function", "why", "scenes"), rows)

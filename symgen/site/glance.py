@@ -9,6 +9,8 @@ from typing import Any
 
 from markupsafe import Markup
 
+from symgen.bench.result import BenchResult
+from symgen.bench.variant import OURS
 from symgen.report.tables import Table, scientific
 from symgen.system import System
 from symgen.validation.result import ValidationResult
@@ -109,7 +111,7 @@ def _digits(value: float, digits: int) -> str:
 
 
 def _time(subject: Subject) -> Glance | None:
-    ours = [row for row in _one_call(subject) if row["peer"] == "symgen"]
+    ours = [row for row in _one_call(subject) if row["peer"] == OURS]
     if not ours:
         return None
     return Glance(
@@ -119,13 +121,13 @@ def _time(subject: Subject) -> Glance | None:
 
 def _peers(subject: Subject) -> Glance | None:
     """The fastest of the others, as a multiple of our time."""
-    rows = _one_call(subject)
-    ours = [row["ns_median"] for row in rows if row["peer"] == "symgen"]
-    others = [row for row in rows if not row["own"] and not row["peer"].startswith("symgen")]
-    if not ours or not others:
+    if not _one_call(subject):
         return None
-    best = min(others, key=lambda row: row["ns_median"])
-    return Glance(f"{_digits(best['ns_median'] / ours[0], 2)}×", "speed", "", f"forward_dynamics by {best['peer']}")
+    result, function = BenchResult.from_json(subject.data["speed"]), "forward_dynamics"
+    ours, best = result.row(OURS, function), result.fastest_other(function)
+    if ours is None or best is None:
+        return None
+    return Glance(f"{_digits(best.ns_median / ours.ns_median, 2)}×", "speed", "", f"{function} by {best.peer}")
 
 
 Column = Callable[[Subject], Glance | None]
@@ -136,7 +138,7 @@ COLUMNS: dict[str, tuple[str, Column]] = {
     "rounding": ("largest rounding error", _rounding),
     "simulators": ("largest difference to a simulator", _simulators),
     "time": ("time of a call", _time),
-    "peers": ("fastest of the others", _peers),
+    "peers": ("fastest other program", _peers),
 }
 """Column → its heading, and its number of a scene."""
 
@@ -169,7 +171,7 @@ def glance_table(scenes: list[tuple[str, str, str, Mapping[str, Glance]]]) -> Ta
 def _of(present: list[str]) -> str:
     """What the columns that name no function are of."""
     counted = "operations of forward_dynamics where a scene has it, else of its longest function"
-    timed = "; time of one call of it in double, and the fastest of the others as a multiple of that"
+    timed = "; time of one call of it in double, and the fastest other program as a multiple of that"
     return counted + (timed if "time" in present else "")
 
 

@@ -12,7 +12,7 @@ import pytest
 
 from symgen.bench import BenchResult, FunctionFacts, Row, write_files
 from symgen.bench.page import bench_page
-from symgen.bench.variant import Left
+from symgen.bench.variant import PRINTED, Left, is_ours
 from symgen.report.labels import Box, Spot, place
 from symgen.report.measured import speed
 from symgen.report.peers import peers_page
@@ -23,7 +23,7 @@ EVIL = "<script>alert(1)</script>"
 
 
 def row(peer: str, ns: float, error: float, function: str = "mass_matrix", instructions: float | None = 100.0) -> Row:
-    own = peer.startswith("symgen") and peer != "symgen-casadi"
+    own = is_ours(peer)
     batch = peer.endswith(("batch", "soa"))
     real = "float" if "float" in peer else "double"
     return Row(
@@ -163,3 +163,16 @@ def test_where_there_is_no_room_a_label_is_left_out() -> None:
 def test_ratios_at_the_same_place_stand_apart() -> None:
     drawing = str(strips([Strip("a", ((2.0, "x"), (2.0, "y"), (2.0, "z")), 0, "circle")], "t", "x"))
     assert len(set(re.findall(r'cy="([\d.]+)"', drawing))) == 3
+
+
+def test_our_expressions_by_another_printer_are_no_peer(result: BenchResult) -> None:
+    """Neither where the fastest other program is told, nor on the page of the peers; of older data too."""
+    found = replace(result, scene="arm", rows=(*ROWS[:-1], row(PRINTED, 15.0, 1e-16)))
+    data = found.to_json()
+    data["rows"] = [{**line, "own": False} if line["peer"] == PRINTED else line for line in data["rows"]]
+    best = BenchResult.from_json(data).fastest_other("mass_matrix")
+    assert best is not None and best.peer == "mujoco"
+    assert "takes 0.8 times" in speed.lead(BenchResult.from_json(data))
+    page = peers_page([data])
+    assert PRINTED not in page and "two other programs" in page
+    assert PRINTED in BenchResult.from_json(data).peers

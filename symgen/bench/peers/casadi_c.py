@@ -14,10 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from symgen.bench.variant import Array, Found, Problem, State, Unit, Variant
+from symgen.bench.variant import PRINTED, Array, Found, Problem, State, Unit, Variant
 from symgen.bench.workshop import Workshop
 
-OWN = "symgen-casadi"
 WORK = 1 << 16
 
 
@@ -94,6 +93,8 @@ def own(problem: Problem, workshop: Workshop) -> Found:
         arrays = {port.name: np.atleast_2d(problem.column(port.name)) for port in program.inputs}
         sizes = [function.numel_out(k) for k in range(function.n_out())]
         found.variants.append(
-            casadi_variant(OWN, name, symbol, text, arrays, sizes, by_columns(function), taken, operations(function))
+            casadi_variant(
+                PRINTED, name, symbol, text, arrays, sizes, by_columns(function), taken, operations(function)
+            )
         )
     return found

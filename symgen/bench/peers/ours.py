@@ -97,7 +97,7 @@ def scalar_variant(problem: Problem, this: Made, peer: str) -> Variant:
         peer, this.name, prototype(this.header, function["symbol"]),
         f"{function['symbol']}({', '.join([*words(problem, function), *outs])});", arrays(problem, function),
         sum(sizes), lambda flat, _state: split(flat, sizes), this.scalar_units, generate_s=this.seconds,
-        operations=operations, real=function["precision"], plan=function["plan"], own=True, symbol=function["symbol"],
+        operations=operations, real=function["precision"], plan=function["plan"], symbol=function["symbol"],
     )  # fmt: skip
 
 
@@ -113,7 +113,7 @@ def batch_variants(problem: Problem, this: Made, peers: tuple[str, str] = (BATCH
     rows = Variant(
         peers[0], this.name, prototype(this.header, symbol), f"{symbol}({', '.join(['n', *given, *outs])});", inputs,
         sum(sizes), lambda flat, _state: split(flat, sizes), this.batch_units, batch=True, real=function["precision"],
-        generate_s=this.seconds, operations=None, plan=function["plan"], own=True,
+        generate_s=this.seconds, operations=None, plan=function["plan"],
     )  # fmt: skip
     soa = symbol.replace("_batch", "_soa")
     if soa not in this.header:

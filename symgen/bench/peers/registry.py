@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 from symgen.bench.peers import adam, casadi_c, kane, mujoco, pinocchio
-from symgen.bench.variant import Found, Left, Problem
+from symgen.bench.variant import PRINTED, Found, Left, Problem
 from symgen.bench.workshop import CompileError, Workshop
 from symgen.errors import NotSupportedError, SceneError, ToolError
 
@@ -34,7 +34,7 @@ def _module(*names: str) -> Callable[[], bool]:
 
 
 PEERS: tuple[Peer, ...] = (
-    Peer(casadi_c.OWN, "our expressions as C by CasADi", _module("casadi"), casadi_c.own, "casadi", physics=False),
+    Peer(PRINTED, "our expressions as C by CasADi", _module("casadi"), casadi_c.own, "casadi", physics=False),
     Peer(pinocchio.CPP, "Pinocchio's C++, results left in its Data", pinocchio.has_cpp, pinocchio.cpp, "pin"),
     Peer(
         pinocchio.CODEGEN, "C by CppADCodeGen from Pinocchio; symmetric matrices by their upper triangle",

@@ -10,14 +10,13 @@ from markupsafe import Markup
 from symgen.bench.errors import UNITS
 from symgen.bench.frontier import TIE
 from symgen.bench.result import BenchResult, Row
-from symgen.bench.variant import OURS, USUAL
+from symgen.bench.variant import OURS, USUAL, is_ours
 from symgen.report.scatter import Dot, Level, Stairs, scatter, shape_mark
 from symgen.report.svg import tag
 from symgen.report.tables import Table, scientific
 from symgen.report.words import counted, listed, minus
 
 LOOKS: dict[str, tuple[int, str]] = {
-    "symgen-casadi": (5, "triangle"),
     "pinocchio": (1, "diamond"),
     "pinocchio-cppadcg": (3, "diamond"),
     "pinocchio-casadi": (4, "triangle"),
@@ -108,7 +107,7 @@ def legend(result: BenchResult) -> list[tuple[str, Markup]]:
         found.append((f"{OURS} in another form: hollow", key(0, "circle", hollow=True)))
     if any(row.batch for row in result.rows):
         found.append((f"{OURS}, {result.states} states a call", key(0, "square")))
-    found += [(peer, key(*LOOKS.get(peer, UNKNOWN))) for peer in result.peers if peer not in USUAL]
+    found += [(peer, key(*LOOKS.get(peer, UNKNOWN))) for peer in result.peers if not is_ours(peer)]
     found.append(("least error within a time", tag("path", class_="stairs", d="M0 6H26")))
     if any(row.batch for row in result.rows):
         found.append(("the same among batches", tag("path", class_="stairs dashed", d="M0 6H26")))
@@ -121,13 +120,13 @@ def key(style: int, shape: str, hollow: bool = False) -> Markup:
 
 def lead(result: BenchResult) -> str:
     """The main figures in a sentence or two."""
-    ratios: list[float] = []
+    ratios: dict[str, float] = {}
     units = [row.units for row in result.rows if row.peer == OURS and row.units is not None]
     for facts in result.functions:
         own = result.row(OURS, facts.function)
-        others = [row.ns_median for row in result.of(facts.function) if not row.own]
-        if own and others:
-            ratios.append(min(others) / own.ns_median)
+        other = result.fastest_other(facts.function)
+        if own and other:
+            ratios[facts.function] = other.ns_median / own.ns_median
     text = f"{counted(len(result.rows), 'row').capitalize()}: {counted(len(result.programs), 'program')} for "
     text += f"{counted(len(result.functions), 'function')}, timed in turn in one process."
     if ratios:
@@ -137,9 +136,12 @@ def lead(result: BenchResult) -> str:
     return text
 
 
-def span(values_: Sequence[float]) -> str:
-    low, high = f"{min(values_):.1f}", f"{max(values_):.1f}"
-    return low if low == high else f"{low} to {high}"
+def span(ratios: Mapping[str, float]) -> str:
+    """Least and most, and of what."""
+    least, most = (end(ratios, key=lambda function: ratios[function]) for end in (min, max))
+    if f"{ratios[least]:.1f}" == f"{ratios[most]:.1f}":
+        return f"{ratios[least]:.1f}"
+    return f"{ratios[least]:.1f} ({least}) to {ratios[most]:.1f} ({most})"
 
 
 def _grouped(
