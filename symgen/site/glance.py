@@ -120,7 +120,7 @@ def _time(subject: Subject) -> Glance | None:
 
 
 def _peers(subject: Subject) -> Glance | None:
-    """The fastest of the others, as a multiple of our time."""
+    """The fastest other program, as a multiple of our time."""
     if not _one_call(subject):
         return None
     result, function = BenchResult.from_json(subject.data["speed"]), "forward_dynamics"

@@ -13,13 +13,14 @@ import pytest
 
 from symgen.integrators import methods
 from symgen.report.measured import precision
+from symgen.report.tables import Table
 from symgen.scene.load import load
 from symgen.scene.outputs import STEPS
 from symgen.simulate import Model
 from symgen.validation.work_precision import QUICK, precision_data
 from symgen.validation.work_precision import orders as measured
 from symgen.validation.work_precision.__main__ import main
-from symgen.validation.work_precision.energies import long_run
+from symgen.validation.work_precision.energies import long_run, verdict
 from symgen.validation.work_precision.programs import BODIES, PINOCCHIO, TREE, programs
 from symgen.validation.work_precision.setting import methods as methods_of
 from symgen.validation.work_precision.setting import prepare
@@ -93,6 +94,7 @@ def test_energy_that_leaks_is_told_from_energy_that_stays() -> None:
     leaking, bounded = (long_run(model, name, start, 0.02, 20_000) for name in ("rk4", "variational"))
     assert bounded.bounded and not leaking.bounded
     assert leaking.largest[-1] > 50 * leaking.largest[len(leaking.largest) // 2]
+    assert leaking.verdict == "grows"
     gone = long_run(model, "rk4", model.start([0.9, 0.4], [1e200, 0.0]), 0.02, 1000)
     assert gone.failed and not gone.bounded
 
@@ -132,3 +134,28 @@ def test_bad_input_ends_in_one_line(arguments: list[str], message: str, capsys: 
     assert main(arguments) == 2
     text = capsys.readouterr().err
     assert message in text and text.count("\n") == 1 and text.startswith("symgen: ")
+
+
+@pytest.mark.parametrize(
+    ("run", "said"),
+    [
+        ((1e-6, 1.1e-6, 1.0), "bounded"),
+        ((0.8, 0.96, 1.2), "too large"),
+        ((0.15, 0.15, 1.0), "too large"),
+        ((4.1, 1.5, 0.5), "too large"),
+        ((5e-2, 0.45, 8.1), "grows"),
+        ((1e-5, 1e-3, 1.0), "grows"),
+        ((1e-16, 1e-14, 50.0), "bounded"),
+        ((np.inf, np.inf, np.inf), "grows"),
+        ((0.1, float("nan"), 1.0), "grows"),
+    ],
+)
+def test_one_rule_says_how_energy_fares(run: tuple[float, float, float], said: str) -> None:
+    assert verdict(*run) == said
+
+
+def test_the_page_goes_by_the_same_rule(data: dict[str, Any]) -> None:
+    wild = json.loads(json.dumps(data))
+    wild["energy"]["lines"][0].update(first=0.8, last=0.96, growth=1.2, failed="", bounded=True)
+    table = precision.values(wild)["long_table"]
+    assert isinstance(table, Table) and "too large" in table.rows[0][4] and "fail" in table.rows[0][4]

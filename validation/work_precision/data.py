@@ -13,7 +13,7 @@ from symgen.errors import SymgenError
 from symgen.scene.canonical import with_hash
 from symgen.scene.model import Scene
 from symgen.simulate.model import Model
-from symgen.validation.work_precision.energies import long_run
+from symgen.validation.work_precision.energies import LOST, long_run
 from symgen.validation.work_precision.orders import order
 from symgen.validation.work_precision.programs import OURS_C, pinocchio_end, programs, versions
 from symgen.validation.work_precision.setting import FINEST, Setting, checked, prepare, undamped
@@ -21,8 +21,6 @@ from symgen.validation.work_precision.sweep import Point, sweep
 
 GOOD = 1e-5
 """The long run takes the longest steps with which ``rk4`` ends within this of the reference."""
-LOST = 0.1
-"""Relative change of the energy beyond which a run is no motion of the mechanism."""
 SLIDING = ("prismatic", "cylindrical", "planar", "helical")
 
 
@@ -107,7 +105,7 @@ def _energy(at: Setting, points: Sequence[Point], steps: int, say: Callable[[str
         return {
             "reason": f"Nothing holds {names}: bodies slide away and whip round, which no step of one length follows."
         }
-    found = [{**asdict(line), "bounded": line.bounded} for line in lines]
+    found = [{**asdict(line), "bounded": line.bounded, "verdict": line.verdict} for line in lines]
     return {"dt": dt, "steps": steps, "without": without, "lines": [_finite(row) for row in found]}
 
 

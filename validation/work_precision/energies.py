@@ -17,7 +17,19 @@ ROUNDING = 1e-12
 """Relative changes of the energy below this are not looked at."""
 GROWTH, BURST = 2.0, 10.0
 """An error whose median over the last fifth of a run is less than GROWTH times that over the first fifth, and whose
-largest value is less than BURST times that of the first tenth, is called bounded."""
+largest value is less than BURST times that of the first tenth, does not grow."""
+LOST = 0.1
+"""Relative change of the energy beyond which a run is no motion of the mechanism: too large, though it may not grow."""
+BOUNDED = "bounded"
+
+
+def verdict(first: float, last: float, growth: float) -> str:
+    """What is said of a run that did not fail, everywhere: bounded, too large or grows. See `Line`."""
+    if last < ROUNDING and first < ROUNDING:
+        return BOUNDED
+    if not (growth < GROWTH and last < BURST * first):
+        return "grows"
+    return "too large" if max(first, last) > LOST else BOUNDED
 
 
 @dataclass(frozen=True)
@@ -36,9 +48,12 @@ class Line:
     failed: str = ""
 
     @property
+    def verdict(self) -> str:
+        return self.failed or verdict(self.first, self.last, self.growth)
+
+    @property
     def bounded(self) -> bool:
-        calm = self.growth < GROWTH and self.last < min(BURST * self.first, 1.0)
-        return not self.failed and (calm or self.last < ROUNDING)
+        return self.verdict == BOUNDED
 
 
 def long_run(model: Model, method: str, y: Array, dt: float, steps: int) -> Line:

@@ -64,5 +64,5 @@ def _energies(data: Mapping[str, Any]) -> Iterator[str]:
     yield f"  energy over {data['steps']:,} steps of {data['dt']:.3g} s{less}"
     for line in data["lines"]:
         ends = ", ".join("–" if x is None else f"{x:.1e}" for x in (line["first"], line["last"]))
-        verdict = line["failed"] or ("bounded" if line["bounded"] else "grows")
+        verdict = line["verdict"]
         yield f"    {line['method']:24}largest in the first tenth and in the rest {ends}: {verdict}"

@@ -12,6 +12,8 @@ from symgen.report.measured.loglog import Frame, Line, key, loglog
 from symgen.report.plots import power
 from symgen.report.tables import Table, scientific
 from symgen.report.words import listed
+from symgen.validation.work_precision.energies import BOUNDED
+from symgen.validation.work_precision.energies import verdict as said
 
 STYLES = {
     "symgen (C)": 0,
@@ -201,6 +203,9 @@ def _energy(data: Mapping[str, Any]) -> dict[str, object]:
     }
 
 
+_RUN = ("first", "last", "growth")
+
+
 def _times(growth: float) -> str:
     return f"{growth:.2f}" if growth < 100 else scientific(growth)
 
@@ -210,8 +215,8 @@ def _long_table(rows: Points) -> Table:
     for row in rows:
         numbers = tuple("–" if x is None else scientific(x) for x in (row["first"], row["last"]))
         growth = "–" if row["failed"] or row["growth"] is None else _times(row["growth"])
-        verdict = row["failed"] or ("bounded" if row["bounded"] else "grows")
-        style = "pass" if row["bounded"] else "fail"
+        verdict = row["failed"] or said(*(math.inf if row[key] is None else row[key] for key in _RUN))
+        style = "pass" if verdict == BOUNDED else "fail"
         cells.append((row["method"], *numbers, growth, Markup('<span class="{}">{}</span>').format(style, verdict),
                       f"{row['cpu_seconds']:.3g}"))  # fmt: skip
     header = ("step", "first tenth", "the rest", "growth", "", "CPU s")
