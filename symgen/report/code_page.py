@@ -91,7 +91,7 @@ def function_views(
     made = []
     for row in manifest["functions"]:
         output = outputs.get(row["name"])
-        words = function_words(output, system.natural.plane is not None) if output is not None else None
+        words = function_words(output, system) if output is not None else None
         view = _view(row, words, found.functions.get(row["name"]), link, book, most)
         made.append(replace(view, facts=tuple(_facts(row, letters))))
     return made

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from symgen.catalogue import PRODUCTS, function_summary, split_row
-from symgen.scene.model import Output
+from symgen.scene.model import Output, Scene
 from symgen.scene.outputs import function_name
+from symgen.system import System
 
 
 @dataclass(frozen=True)
@@ -79,8 +80,41 @@ PLANE: dict[str, Definition] = {
 """What is defined otherwise where two coordinates make a point."""
 
 
-def function_words(output: Output, planar: bool = False) -> FunctionWords:
-    known = DEFINITIONS | PLANE if planar else DEFINITIONS
+def joints_have(scene: Scene, quantity: str) -> bool:
+    """Whether a joint has ``armature`` or ``damping``, as a number or as a parameter."""
+    given = any(getattr(joint, quantity) for joint in scene.joints)
+    joints = {f"{joint.name}.{quantity}" for joint in scene.joints}
+    return given or any(parameter.name in joints for parameter in scene.parameters)
+
+
+def mass_matrix(scene: Scene) -> str:
+    return "M = R^T M_n R" + (" + J_a" if joints_have(scene, "armature") else "")
+
+
+def bias_force(scene: Scene) -> str:
+    return "h = R^T M_n Ṙ θ̇ − R^T Q" + (" + b θ̇" if joints_have(scene, "damping") else "")
+
+
+def scene_definitions(system: System) -> dict[str, Definition]:
+    """The definitions with what this scene's joints add: rotors and dampers move no natural coordinate."""
+    scene, found = system.scene, dict(DEFINITIONS)
+    if system.natural.plane is not None:
+        found |= PLANE
+    found["mass_matrix"] = Definition(mass_matrix(scene), "3.7")
+    found["bias_force"] = Definition(bias_force(scene), "3.7")
+    if joints_have(scene, "armature"):
+        found["kinetic_energy"] = Definition("T = {1}/{2} θ̇^T M θ̇ = {1}/{2} (ẋ^T M_n ẋ + θ̇^T J_a θ̇)")
+        found["joint_momentum"] = Definition("P = M θ̇ ,  Ṗ = Ṙ^T M_n R θ̇ − g − f")
+    if joints_have(scene, "damping"):
+        found["passive_force"] = Definition('f = −R^T Q_s + b θ̇  "with springs"  Q_s')
+    if scene.forces or joints_have(scene, "armature") or joints_have(scene, "damping"):
+        text = 'R^T (M_n ẍ − Q_g) = Y π  "with the weight"  Q_g  "and the inertial parameters"  π'
+        found["regressor"] = Definition(text)
+    return found
+
+
+def function_words(output: Output, system: System) -> FunctionWords:
+    known = scene_definitions(system)
     rows = tuple((row, known[split_row(row)[0]]) for row in output.of)
     return FunctionWords(function_name(output.name), rows, function_summary(output))
 

@@ -345,6 +345,9 @@ def _equations(system: System, refusal: str, manifest: Mapping[str, Any] | None,
         "planar": natural.plane is not None,
         "conditions": natural.nc if not scene.runtime_origins else 0,
         "besides": derivation.besides(system),
+        "motion_equation": derivation.motion_equation(system),
+        "set_apart": derivation.set_apart(system),
+        "couplings": derivation.couplings(system),
     }
 
 

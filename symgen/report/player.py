@@ -97,8 +97,8 @@ def _candidates(drawing: Drawing, bodies: Sequence[str]) -> list[_Traced]:
     found: dict[tuple[int, Point], str] = {}
     labels = {(label.body, label.point): label.text for label in drawing.labels if label.kind == "point"}
     for rod in drawing.rods:
-        label = labels.get((rod.body, rod.end))
-        own = f"{label} of {bodies[rod.body]}" if label else f"the tip of {bodies[rod.body]}"
+        text = labels.get((rod.body, rod.end))
+        own = f"{text} of {bodies[rod.body]}" if text else f"the tip of {bodies[rod.body]}"
         found.setdefault((rod.body, rod.end), rod.name or own)
     bare = set(range(len(bodies))) - {rod.body for rod in drawing.rods}
     for label in drawing.labels:

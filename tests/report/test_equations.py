@@ -11,7 +11,7 @@ from defusedxml.ElementTree import fromstring
 from symgen.catalogue import CATALOGUE, PRODUCTS
 from symgen.report import derivation
 from symgen.report.breaking import WIDEST, Breaking, width
-from symgen.report.definitions import DEFINITIONS, PLANE
+from symgen.report.definitions import DEFINITIONS, PLANE, function_words
 from symgen.report.equations import equations, paper_number
 from symgen.report.mathml import math
 from symgen.report.page import write_report
@@ -134,3 +134,30 @@ def test_the_plane_is_complex(tmp_path: Path) -> None:
         write_report(tmp_path / "page.html", load(ROOT / f"examples/{name}.scene.yaml"))
         text = (tmp_path / "page.html").read_text(encoding="utf-8")
         assert ("⊗ 1_3" in text) is not planar and ("In the plane the mass of body" in text) is planar
+
+
+def text_of(name: str, folder: Path) -> str:
+    write_report(folder / "page.html", load(ROOT / f"examples/{name}.scene.yaml"))
+    return " ".join("".join(pages.read_html((folder / "page.html").read_text(encoding="utf-8")).text).split())
+
+
+def test_joints_that_follow_others_are_counted(tmp_path: Path) -> None:
+    """36 coordinates, 32 conditions of the tree and 2 couplings leave 2 degrees of freedom; the armature is in M."""
+    of = system("gripper")
+    assert of.natural.nn == 36 and of.natural.nc == 32
+    text = text_of("gripper", tmp_path)
+    assert "right = left, fold = 20·left − 0.2" in text and "2 conditions more beside (3.1)" in text
+    assert "36 differential and 34 algebraic" in text and "in place of 70" in text
+    formulas = {row: d.formula for output in of.outputs for row, d in function_words(output, of).rows}
+    assert formulas["mass_matrix"] == "M = R^T M_n R + J_a" and formulas["bias_force"].endswith("+ b θ̇")
+    assert "J_a" in formulas["kinetic_energy"]
+    plain = system("double_pendulum")
+    formulas = {row: d.formula for output in plain.outputs for row, d in function_words(output, plain).rows}
+    assert formulas["mass_matrix"] == "M = R^T M_n R"
+
+
+def test_letters_of_a_ball_joint_are_in_the_table() -> None:
+    rows = {re.sub(r"<[^>]*>", "", row[0]): row[-1] for row in derivation.letters(system("spinning_top")).rows}
+    assert "quaternion" in rows["q"] and "angle" not in rows["q"]
+    assert "in the child’s axes" in rows["ωj"] and "rotation to ground axes" in rows["Aj"]
+    assert "ωj" not in {re.sub(r"<[^>]*>", "", row[0]) for row in derivation.letters(system("gripper")).rows}
