@@ -42,8 +42,10 @@ class Subject:
 
 
 def _freedom(subject: Subject) -> Glance | None:
-    text = str(subject.system.tree.nv)
-    return Glance(text, "natural", "degrees of freedom" if not subject.system.tree.cut_joints else "tree velocities")
+    """Of closed loops those of the open tree are told, as such."""
+    tree = subject.system.tree
+    text = f"{tree.nv} (open tree)" if tree.cut_joints else str(tree.nv)
+    return Glance(text, "natural", "degrees of freedom")
 
 
 def _functions(subject: Subject) -> Glance | None:

@@ -57,6 +57,7 @@ def test_pages_are_joined(put: Put, small: Small, tmp_path: Path) -> None:
     middle = {(a.get("rel"), a.get("href")) for a in pages.read_xml(texts["four_bar/index.html"]).iter("a")}
     assert {("prev", "../cart_pole/index.html"), ("next", "../pendulum/index.html")} <= middle
     index = reading.text_of(texts["index.html"])
+    assert "four_bar3 (open tree)" in index
     assert "3 scenes" in index and "✓ two checks passed" in index and "topology only" in index
     assert (tmp_path / "pendulum/code/manifest.json").is_file()
 
