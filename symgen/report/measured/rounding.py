@@ -17,8 +17,6 @@ LEVELS = ((1.0, "u"),)
 X_LABEL = "error relative to the result, in u of its precision (double 1.1 × 10⁻¹⁶, float 6.0 × 10⁻⁸)"
 STYLES = {"double": 0, "float": 3}
 USUAL = "double"
-TEN = 10.0
-"""No plan may be picked whose error exceeds the best plan's by more."""
 
 
 def values(data: Mapping[str, Any]) -> dict[str, object]:
