@@ -12,7 +12,7 @@ from symgen.report.mathml import math
 from symgen.report.tables import Table
 from symgen.report.words import exact
 from symgen.scene.joints import JOINT_TYPES
-from symgen.scene.model import JointSpring
+from symgen.scene.model import JointSpring, Spring
 from symgen.system import System
 
 FIRST = 3
@@ -126,7 +126,11 @@ def _own_letters(system: System) -> list[tuple[Markup, Markup, str, str]]:
 
 def _forces(system: System) -> str:
     parts = ["weight"] if any(system.scene.gravity) else []
-    return ", ".join([*parts, *(["springs and dampers between points"] if system.scene.forces else [])]) or "none here"
+    if any(isinstance(force, Spring) for force in system.scene.forces):
+        parts.append("springs and dampers between points")
+    if any(isinstance(force, JointSpring) for force in system.scene.forces):
+        parts.append("springs of joints")
+    return ", ".join(parts) or "none here"
 
 
 def _rotors(system: System) -> list[tuple[Markup, Markup, str, str]]:

@@ -62,6 +62,7 @@ FIG1 = ("revolute revolute prismatic revolute", "r2 u2 r3 u3 r4 r5 u5 r6 u6", (-
 FIG2 = (
     "floating revolute revolute prismatic revolute", "r1 u1 r2 u2 r3 u3 r4 u4 r5 r6 u6 r7 u7 r8 u8", (-1, 0, 1, 2, 0)
 )  # fmt: skip
+PLANE = "Two rows for each point, in the order of x, as the function gives it"
 COUPLED = "In joint coordinates: here joints follow others, in the paper they do not"
 PRINTED = {FIG1: "4.9", FIG2: "4.13"}
 """Systems whose R the paper prints: joints, entities, parents."""
@@ -85,7 +86,8 @@ def equations(system: System) -> Sequence[Equation]:
     large = system.tree.nv > LARGE
     found = []
     for wanted in WANTED:
-        joint = wanted.symbols == "joint" or system.tree.coupled
+        planar = system.natural.plane is not None
+        joint = wanted.symbols == "joint" or system.tree.coupled or planar
         if large and (wanted.row not in asked or not joint):
             continue
         if wanted.row == "gravity_force" and not any(system.scene.gravity):
@@ -93,7 +95,8 @@ def equations(system: System) -> Sequence[Equation]:
         if not joint:
             found.append(_paper(system, wanted))
             continue
-        words = COUPLED if wanted.symbols == "paper" else wanted.words
+        # The paper's R of a planar mechanism is one in space, with vectors that are no coordinates here.
+        words = wanted.words if wanted.symbols == "joint" else PLANE if planar else COUPLED
         found.append(_joint(system, replace(wanted, words=words)))
     return found
 
@@ -112,13 +115,10 @@ def _paper(system: System, wanted: _Wanted) -> Equation:
     math = text.partition("</math>")[0].partition(">")[2]
     if len(math) > LONGEST:
         return _unprinted(system, wanted)
-    remarks = []
-    if system.natural.plane is not None:
-        remarks.append("written in space; the natural coordinates of this planar system are points in its plane only")
     line = element(bracketed(math), f"{wanted.title} in blocks of the paper's vectors")
     wide = 18 * len(_columns(system)) if wanted.row.endswith("rate") else 9 * len(_columns(system)) + 20
     own = paper_number(system) if wanted.row == "velocity_transformation" else ""
-    remarks += [ERRATA[own]] if own else []
+    remarks = [ERRATA[own]] if own else []
     return Equation(wanted.row, wanted.title, wanted.words, (line,), tuple(remarks), wide=wide, number=own)
 
 

@@ -161,3 +161,11 @@ def test_letters_of_a_ball_joint_are_in_the_table() -> None:
     assert "quaternion" in rows["q"] and "angle" not in rows["q"]
     assert "in the child’s axes" in rows["ωj"] and "rotation to ground axes" in rows["Aj"]
     assert "ωj" not in {re.sub(r"<[^>]*>", "", row[0]) for row in derivation.letters(system("gripper")).rows}
+
+
+def test_in_the_plane_r_has_the_rows_of_the_function() -> None:
+    """Two for each point, as in x and in the C, and no vectors that the page does not define."""
+    of = system("double_pendulum")
+    found = next(one for one in equations(of) if one.row == "velocity_transformation")
+    rows = fromstring(str(found.lines[-1])).findall(f".//{MATH}mtable[@class='brackets']/{MATH}mtr")
+    assert len(rows) == of.natural.nn == 4 and not re.search(r">[UDu]<", "".join(found.lines))
