@@ -9,6 +9,11 @@ The way from a scene to numbers::
     motion = symgen.simulate(scene, t_end=10)
 """
 
+from symgen.interrupt import guard
+
+guard()  # before the imports that take a while
+
+# ruff: noqa: E402
 from symgen.artifact import Artifact
 from symgen.generate import generate
 from symgen.scene.builder import SceneBuilder

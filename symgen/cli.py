@@ -316,8 +316,9 @@ def run(arguments: Sequence[str]) -> int:
     """Run one command line; returns the exit status and raises nothing (unless SYMGEN_DEBUG is set)."""
     try:
         return _dispatch(arguments)
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("symgen: interrupted", err=True)
+    except (click.Abort, KeyboardInterrupt) as error:
+        told = str(error.__cause__ or error)  # click's own exception stands for that of the command
+        click.echo(f"symgen: interrupted{'; ' if told else ''}{one_line(told)}", err=True)
         return 130
     except Ended as error:
         click.echo("symgen: ended by a signal", err=True)

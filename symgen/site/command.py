@@ -46,8 +46,13 @@ def report(
     from symgen.site.measures import chosen
 
     settings = Settings(chosen(measures), effort, jobs, fresh, pdf)
-    with progress_bar(as_json) as progress:
-        result = build_site(scenes, Path(directory), settings, progress)
+    out = Path(directory)
+    try:
+        with progress_bar(as_json) as progress:
+            result = build_site(scenes, out, settings, progress)
+    except KeyboardInterrupt:
+        index = out / "index.html"
+        raise KeyboardInterrupt(f"pages of what there is: {index}" if index.is_file() else "") from None
     if as_json:
         emit_json(result.to_json())
     else:

@@ -26,7 +26,8 @@ def site_records(out: Path) -> dict[str, Record]:
 
 
 def join(out: Path) -> None:
-    """Write the index and the pages about symgen as a whole, and lead from every page to its neighbours."""
+    """Write the index and the pages about symgen as a whole, and lead from every page to its neighbours. Without any
+    page there is no index."""
     cards = read_cards(out)
     wholes = _wholes(out, cards)
     titles = [title for title, _, _, _ in wholes]
@@ -34,7 +35,9 @@ def join(out: Path) -> None:
         write_text(out / file, page(data, _place(wholes, title)))
     for file in {file for _, file, _, _ in _kinds()} - {file for _, file, _, _ in wholes}:
         (out / file).unlink(missing_ok=True)
-    place = _place(wholes, INDEX) if titles or cards else Place()
+    if not titles and not cards:
+        return
+    place = _place(wholes, INDEX)
     _write_index(out, cards, place, _summaries(wholes))
     ordered = [card for card in _ordered(out, cards) if card.pages]
     for at, card in enumerate(ordered):

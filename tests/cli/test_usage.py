@@ -132,6 +132,19 @@ def test_ctrl_c_in_a_real_process_leaves_no_traceback(scene: Path) -> None:
     assert process.returncode == 130
 
 
+@pytest.mark.parametrize("module", ["symgen", "symgen.validation.benchmarks"])
+def test_ctrl_c_during_imports_leaves_no_traceback(module: str, tmp_path: Path) -> None:
+    """The first import of the package ends as Ctrl-C would end it."""
+    (tmp_path / "sympy.py").write_text("raise KeyboardInterrupt\n")
+    (tmp_path / "numpy.py").write_text("raise KeyboardInterrupt\n")
+    paths = os.pathsep.join([str(tmp_path), str(Path(cli.__file__).parents[1])])
+    process = subprocess.run(
+        [sys.executable, "-m", module, "--help"],
+        capture_output=True, text=True, check=False, env={**os.environ, "PYTHONPATH": paths},
+    )  # fmt: skip
+    assert (process.returncode, process.stdout, process.stderr) == (130, "", "symgen: interrupted\n")
+
+
 def test_a_closed_pipe_is_not_an_error(scene: Path) -> None:
     process = start("show", "--json", str(scene))
     assert process.stdout is not None

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from symgen import cli
 from symgen.bench.peers import registry
 from symgen.site import glance, tools
 from symgen.site.build import Settings, build_site
@@ -184,6 +185,29 @@ def test_an_interrupt_leaves_pages_of_what_there_is(put: Put, small: Small, tmp_
     with pytest.raises(KeyboardInterrupt):
         build_site([small("pendulum")], tmp_path, Settings(("validation", "motion")), progress)
     assert "✓ two checks passed" in html(tmp_path)["index.html"]
+
+
+def test_an_interrupt_says_where_the_pages_are(
+    put: Put, small: Small, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And makes no index where there is none."""
+
+    def interrupted(*_given: object) -> None:
+        raise KeyboardInterrupt
+
+    put("validation", "validation")
+    arguments = ["report", str(small("pendulum")), "-o", str(tmp_path), "--with", "validation"]
+    with monkeypatch.context() as patch:
+        patch.setattr("symgen.site.tasks.run", interrupted)
+        assert cli.run(arguments) == 130
+        assert capsys.readouterr().err.strip() == "symgen: interrupted"
+        assert html(tmp_path) == {}
+    assert cli.run(arguments) == 0
+    capsys.readouterr()
+    monkeypatch.setattr("symgen.site.tasks.run", interrupted)
+    assert cli.run(arguments) == 130
+    told = capsys.readouterr().err.strip()
+    assert told == f"symgen: interrupted; pages of what there is: {tmp_path / 'index.html'}"
     assert reading.broken_links(tmp_path) == []
     assert [card.measured for card in read_cards(tmp_path)] == [("validation",)]
 
