@@ -11,6 +11,10 @@ from typing import Any
 _COMMENT_LINE = re.compile(r"    +/\* ([^*]+) \*/")
 
 
+_OWN = re.compile(r"[A-Z_]+")
+"""A macro in a line of its own, which ends what one before the function began."""
+
+
 @dataclass(frozen=True)
 class Heading:
     """A phase comment. ``line``: its place in the function's lines."""
@@ -58,7 +62,8 @@ def definition(source: Source, symbol: str) -> Source | None:
             first = start
             while first > 0 and lines[first - 1].strip() and not lines[first - 1].startswith(("}", "#")):
                 first -= 1
-            return Source(source.file, source.first + first, lines[first : end + 1])
+            after = end + 2 if end + 1 < len(lines) and _OWN.fullmatch(lines[end + 1]) else end + 1
+            return Source(source.file, source.first + first, lines[first:after])
     return None
 
 

@@ -232,9 +232,23 @@ def provenance(system: System, manifest: Mapping[str, Any]) -> list[tuple[str, s
         ("licence of the code", manifest["licence"]),
     ]
     for name, value in manifest["options"].items():
-        text = ", ".join(map(str, value)) if isinstance(value, list) else str(value)
-        found.append((name.replace("_", " "), text or "none"))
+        found.append((name.replace("_", " "), option_words(name, value)))
     return found
+
+
+def option_words(name: str, value: object) -> str:
+    """An option's value for reading."""
+    if value is None and name == "code":
+        return "straight lines or loops, whichever runs faster"
+    if value is None or value in ("", []):
+        return "none"
+    if name == "snap":
+        return f"mounting angles to within {scientific(float(str(value))).removeprefix('1.0 × ')} rad"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, list):
+        return ", ".join(map(str, value))
+    return scientific(value) if isinstance(value, float) else str(value)
 
 
 __all__ = ["FunctionView", "Table", "code_page", "function_views"]

@@ -78,12 +78,25 @@ def _standing(system: System) -> str:
     return f"It stands on the ground by {listed([b.joint.name for b in roots if b.joint.type != 'floating'])}."
 
 
+def _joints(system: System) -> str:
+    """How many joints move, and what else counts as one: those that are fixed, those that close loops."""
+    fixed = sum(joint.type == "fixed" for joint in system.scene.joints)
+    cut = sum(joint.type != "fixed" for joint in system.tree.cut_joints)
+    moving = len(system.scene.joints) - fixed
+    parts = [counted(moving, "joint that moves", "joints that move") if fixed else counted(moving, "joint")]
+    if cut:
+        parts[0] += f" ({counted(cut, 'of them closes', 'of them close')} a loop)"
+    if fixed:
+        parts.append(f"{counted(fixed, 'fixed one')}")
+    return ", ".join(parts)
+
+
 def introduction(system: System) -> list[str]:
     """What the mechanism is, how it may move, what acts on it: one sentence each."""
     scene, tree = system.scene, system.tree
     bodies = counted(len(tree.bodies), "moving body", "moving bodies")
     sentences = [
-        f"{scene.name} is {_kind(system)}: {bodies}, {counted(len(scene.joints), 'joint')}.",
+        f"{scene.name} is {_kind(system)}: {bodies}, {_joints(system)}.",
         _standing(system),
     ]
     if tree.cut_joints:
@@ -139,6 +152,10 @@ def _limits(joint: Joint) -> list[str]:
     return found
 
 
+NAMELESS = " (free bases that a robot file does not name are called floating_base, with _ where that is taken)"
+"""Of the free joint that the readers of robot files add."""
+
+
 def joint_sentence(joint: Joint, parent: str, child: str) -> str:
     """What a joint lets its child do."""
     there = "the ground" if parent == GROUND else parent
@@ -154,7 +171,7 @@ def joint_sentence(joint: Joint, parent: str, child: str) -> str:
         "universal": f"turns about {axis} of {there} and {second} of its own",
         "planar": "slides along x and y and turns about z",
         "spherical": "turns any way about a point",
-        "floating": "moves freely",
+        "floating": "moves freely" + (NAMELESS if joint.name.startswith("floating_base") else ""),
         "fixed": "is fixed",
     }
     extra = []

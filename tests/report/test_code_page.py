@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from symgen.generate import generate
-from symgen.report.c_source import Source, code
-from symgen.report.code_page import code_page, linker
+from symgen.report.c_source import Source, code, definition
+from symgen.report.code_page import code_page, linker, option_words
 from symgen.report.highlight import highlighted
 from symgen.report.page import write_report
 from symgen.report.phases import PHASES, split_heading
@@ -157,3 +157,23 @@ def test_code_stays_text() -> None:
     links = [(tag, value) for tag, attribute, value in seen.attributes if attribute in ("href", "title")]
     assert ("a", "book.html#joint-1") in links and ("a", "cosine of a<b>") in links
     assert all(line.count("<b ") == line.count("</b>") for line in str(listing).split("\n"))
+
+
+def test_what_switches_for_a_function_stands_with_it(made: dict[str, Any]) -> None:
+    """A macro before and one after a function: no bare line of them is a piece between the functions."""
+    for _, text in listings(made["page"]):
+        assert text.strip() not in ("SYMGEN_PAIRED", "SYMGEN_UNPAIRED")
+
+
+def test_a_macro_behind_a_function_is_its_own() -> None:
+    lines = ("/* What it is. */", "SWITCHED_OFF", "void f(void)", "{", "}", "SWITCHED_ON", "", "void g(void)", "{", "}")
+    found = definition(Source("x.c", 1, lines), "f")
+    assert found is not None and found.lines == lines[:6]
+    found = definition(Source("x.c", 1, lines), "g")
+    assert found is not None and found.lines == lines[7:]
+
+
+def test_options_are_words() -> None:
+    for name, value in (("code", None), ("batch", False), ("status", True), ("snap", "1e-06"), ("targets", ["c"])):
+        text = option_words(name, value)
+        assert text not in ("None", "False", "True") and "e-" not in text

@@ -14,7 +14,9 @@ import pytest
 from symgen.errors import SceneError
 from symgen.report import write_index, write_report
 from symgen.report.page import OF_FUNCTIONS, SECTIONS
+from symgen.report.words import introduction
 from symgen.scene.load import load
+from symgen.system import derive
 from tests.report import pages
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -145,6 +147,10 @@ def test_validation_is_shown(made: dict[str, str], tmp_path: Path) -> None:
 def test_facts_are_those_of_the_scene(made: dict[str, str]) -> None:
     text = " ".join("".join(pages.read_html(made["cart_pole"]).text).split())
     assert "planar chain of rigid bodies: two moving bodies, two joints" in text
+    loops = derive(load(example("four_bar")))
+    assert introduction(loops)[0].endswith("four joints that move (one of them closes a loop), one fixed one.")
+    payload = introduction(derive(load(example("payload"))))[0]
+    assert payload.endswith("three moving bodies, three joints that move, five fixed ones.")
     assert re.search(r"nullity is \d+ − \d+ = 2, equal to the number of degrees of freedom, 2", text)
     pendulum = " ".join("".join(pages.read_html(made["pendulum"]).text).split())
     assert "2 natural coordinates x satisfy 1 constraint Ψ(x) = 0" in pendulum
