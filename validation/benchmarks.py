@@ -15,16 +15,26 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from symgen.errors import SymgenError
+from symgen.errors import SceneError, SymgenError
+from symgen.scene.schema import did_you_mean
 from symgen.simulate import benchmark_systems, benchmarks
 from symgen.simulate.answers import Answer, Problem
 from symgen.simulate.statements import STATEMENTS
 
 PROBLEMS: tuple[Problem, ...] = (*benchmarks.PROBLEMS, *benchmark_systems.PROBLEMS)
+NAMES = tuple(problem.__name__ for problem in PROBLEMS)
 
 
 def answers(names: Sequence[str] = (), say: Callable[[str], None] = lambda text: None) -> Iterator[Answer]:
-    """Every line of the problems named (their functions' names), or of all. ``say`` is told of every problem."""
+    """Every line of the problems named (their functions' names), or of all. ``say`` is told of every problem. Raises
+    SceneError for a name that is none."""
+    for name in names:
+        if name not in NAMES:
+            raise SceneError(f"no problem {name!r}{did_you_mean(name, NAMES)}", "NAME")
+    return _answers(names, say)
+
+
+def _answers(names: Sequence[str], say: Callable[[str], None]) -> Iterator[Answer]:
     for problem in PROBLEMS:
         if not names or problem.__name__ in names:
             say(problem.__name__.replace("_", " "))
@@ -69,7 +79,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="symgen.validation.benchmarks", description=__doc__)
     parser.add_argument("--json", action="store_true", help="print a list of objects")
     parser.add_argument("--report", metavar="FILE.html", help="write a page")
-    parser.add_argument("names", nargs="*", choices=[[], *(x.__name__ for x in PROBLEMS)], metavar="NAME")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="of problems; all without")
     options = parser.parse_args(arguments)
     try:
         rows = list(answers(options.names, _say))
