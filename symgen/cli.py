@@ -176,7 +176,7 @@ def generate(
     help="Simulators to compare with.",
 )
 @click.option("--states", type=click.IntRange(1, 1_000_000), default=1000, show_default=True, help="Random states.")
-@click.option("--report", metavar="FILE.html", help="Write the report of this scene.")
+@click.option("--report", metavar="FILE.html", help="Write the report of this scene; folders are made.")
 @json_option
 def validate(scene: str, against: tuple[str, ...], states: int, report: str | None, as_json: bool) -> int:
     """Compare the generated code with independent simulators, closed forms and first integrals."""
@@ -273,12 +273,15 @@ def bench(
 @cli.command()
 @scene_argument
 @simulation_options
-@click.option("-o", "--output", "file", metavar="FILE", help="Write the states as .csv or .json.")
+@click.option("-o", "--output", "file", metavar="FILE", help="Write the states as .csv or .json; folders are made.")
 @json_option
 def simulate(scene: str, as_json: bool, file: str | None, **settings: Any) -> None:
     """Carry the mechanism through time with its compiled functions."""
     from symgen.simulate import simulate as run
+    from symgen.simulate.motion import check_ending
 
+    if file is not None:
+        check_ending(file)
     loaded = load_scene(scene)
     with named_by_flags(), progress_bar(as_json) as progress:
         motion = run(loaded, progress=progress, **settings)

@@ -26,6 +26,18 @@ DRIVER = "motion-driver.c"
 ROWS = ("forward_dynamics", "configuration_rate", "kinetic_energy", "potential_energy")
 
 
+def numbers(given: object, size: int, what: str, place: str) -> Array:
+    """So many finite numbers. Raises SceneError that says how many there are, or which is none."""
+    values = np.asarray(given, dtype=np.float64)
+    if values.shape != (size,):
+        found = str(values.size) if values.ndim == 1 else f"an array {values.shape}"
+        needed = f"one finite {what} is" if size == 1 else f"{size} finite {what}s are"
+        raise SceneError(f"{needed} needed, not {found}", place)
+    for k in np.flatnonzero(~np.isfinite(values)):
+        raise SceneError(f"{what}s must be finite, and the one at {k} is {values[k]}", place)
+    return values
+
+
 class Model:
     """The compiled functions of a scene that motions need. ``steps``: methods whose steps are wanted.
 
@@ -112,10 +124,7 @@ class Model:
             q[place + 3] = 1.0
         for name, array, given in (("q0", q, q0), ("v0", v, v0)):
             if given is not None:
-                values = np.asarray(given, dtype=np.float64)
-                if values.shape != array.shape or not np.all(np.isfinite(values)):
-                    raise SceneError(f"{array.size} finite numbers are needed, not an array {values.shape}", name)
-                array[:] = values
+                array[:] = numbers(given, array.size, "number", name)
         for place in self.quaternions:
             norm = np.linalg.norm(q[place : place + 4])
             if norm == 0.0:

@@ -12,6 +12,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.errors import SceneError
+from symgen.scene.document import clean
+
 Array = NDArray[np.float64]
 
 
@@ -104,8 +107,20 @@ class Motion:
         return f"{first}\n{second}"
 
     def write(self, path: str | Path) -> None:
-        """A file by its ending: .json, else CSV."""
-        if str(path).endswith(".json"):
-            Path(path).write_text(json.dumps(self.to_json(), allow_nan=False) + "\n", encoding="utf-8")
+        """A file by its ending, .csv or .json, and the folders that it needs; a device gets CSV. Raises SceneError for
+        another ending."""
+        check_ending(path)
+        path = Path(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if path.suffix.lower() == ".json":
+            path.write_text(json.dumps(self.to_json(), allow_nan=False) + "\n", encoding="utf-8")
         else:
             self.to_csv(path)
+
+
+def check_ending(path: str | Path) -> None:
+    """Raise SceneError for a file whose ending says neither .csv nor .json; known before anything is computed."""
+    path = Path(path)
+    device = path.exists() and not path.is_file() and not path.is_dir()
+    if not device and path.suffix.lower() not in (".csv", ".json"):
+        raise SceneError("is neither .csv nor .json, which are what a motion is written as", clean(str(path), 300))

@@ -15,7 +15,7 @@ from symgen.errors import SceneError, ToolError
 from symgen.scene.model import Scene
 from symgen.scene.outputs import STEPS
 from symgen.scene.schema import did_you_mean
-from symgen.simulate.model import Array, Model
+from symgen.simulate.model import Array, Model, numbers
 from symgen.simulate.motion import Monitors, Motion
 
 Progress = Callable[[int, int, str], None]
@@ -82,10 +82,7 @@ def _forces(tau: Tau | Sequence[float] | None, model: Model) -> Tau | Array:
     """A function, or constant forces."""
     if callable(tau):
         return tau
-    constant = np.zeros(model.nv) if tau is None else np.ascontiguousarray(tau, dtype=np.float64)
-    if constant.shape != (model.nv,):
-        raise SceneError(f"{model.nv} forces are needed, not an array {constant.shape}", "tau")
-    return constant
+    return np.zeros(model.nv) if tau is None else np.ascontiguousarray(numbers(tau, model.nv, "force", "tau"))
 
 
 def _at(tau: Tau | Array, t: float, y: Array, model: Model) -> Array:

@@ -96,15 +96,20 @@ def read_all(scenes: Sequence[Scene | str | Path]) -> list[Subject]:
     from symgen.system import derive
 
     found: dict[str, Subject] = {}
+    places: dict[str, str] = {}
     for given in scenes:
         scene = given if isinstance(given, Scene) else load(given)
         system = derive(scene)
         for output in system.outputs:
             system.require(output)
         folder = folder_name(scene.name)
+        place = clean(scene.name) if isinstance(given, Scene) else clean(str(given), 300)
         if folder.lower() in found:
-            other, place = found[folder.lower()].scene, scene.source or clean(scene.name)
-            raise SceneError(f"'{clean(scene.name)}' is the name of {other.source or 'another scene'} too", place)
+            other = places[folder.lower()]
+            if not isinstance(given, Scene) and os.path.realpath(given) == os.path.realpath(other):
+                raise SceneError("is given twice", place)
+            raise SceneError(f"'{clean(scene.name)}' is the name of {other} too", place)
+        places[folder.lower()] = place
         found[folder.lower()] = Subject(scene, folder, bool(system.tree.cut_joints))
     return list(found.values())
 

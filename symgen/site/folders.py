@@ -59,7 +59,8 @@ def opened(out: Path) -> Iterator[None]:
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise SceneError(f"cannot write here: {error.strerror or error}", clean(str(out), 300)) from None
+        reason = "no folder can be made there" if isinstance(error, FileNotFoundError) else error.strerror or error
+        raise SceneError(f"cannot write here: {reason}", clean(str(out), 300)) from None
     with locked(out):
         write_text(out / MARK, '{"format": 1}\n')
         yield

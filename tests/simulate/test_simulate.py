@@ -107,12 +107,12 @@ def test_a_step_that_does_not_divide_the_time_is_shortened(pendulum: Model) -> N
         ({"dt": 0.1}, "chooses its steps"),
         ({"t_end": 0.0}, "must be positive"),
         ({"t_end": float("nan")}, "must be positive"),
-        ({"q0": [1.0, 2.0]}, "1 finite numbers"),
-        ({"q0": [float("inf")]}, "1 finite numbers"),
+        ({"q0": [1.0, 2.0]}, "one finite number is needed, not 2"),
+        ({"q0": [float("inf")]}, "the one at 0 is inf"),
         ({"p": [1.0]}, "has its parameters already"),
         ({"rtol": 0.0}, "tolerance must be positive"),
         ({"atol": float("nan")}, "tolerance must be positive"),
-        ({"tau": [1.0, 2.0]}, "1 forces"),
+        ({"tau": [1.0, 2.0]}, "one finite force is needed, not 2"),
         ({"tau": lambda t, q, v: [1.0, 2.0]}, "must return 1 forces"),
         ({"samples": [0.5, 0.2]}, "must rise"),
         ({"samples": [0.5], "method": "rk4", "dt": 0.1}, "give their number"),
@@ -158,7 +158,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     for wrong, message in (
         (["--method", "x"], "no method"),
         (["--q", "a"], "not numbers"),
-        (["--q", "1,2"], "--q: 1 finite"),
+        (["--q", "1,2"], "--q: one finite number is needed, not 2"),
         (["--time", "-1"], "--time: the time must be positive"),
         (["--method", "lie"], "--dt: lie needs"),
     ):
@@ -201,3 +201,41 @@ def test_all_benchmark_problems(capsys: pytest.CaptureFixture[str]) -> None:
 def test_an_answer_above_its_bar_fails() -> None:
     row = Answer("p", "q", "m", 2.0, 1.0, "x", 0.0, 0.0)
     assert not row.passed and not Answer("p", "q", "m", float("nan"), 1.0, "x", 0.0, 0.0).passed
+
+
+def test_an_unknown_problem_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    from symgen.validation.benchmarks import main
+
+    assert main(["oscilators"]) == 2 and main(["nosuch"]) == 2
+    captured = capsys.readouterr()
+    first, second = captured.err.splitlines()
+    assert captured.out == "" and "did you mean 'oscillators'" in first and "no problem 'nosuch'" in second
+
+
+@pytest.mark.parametrize(
+    ("flags", "told"),
+    [
+        (["--q", "nan,0"], "--q: numbers must be finite, and the one at 0 is nan"),
+        (["--q", "2"], "--q: 2 finite numbers are needed, not 1"),
+        (["--tau", "1,2,3"], "--tau: 2 finite forces are needed, not 3"),
+        (["-o", "motion.txt"], "motion.txt: is neither .csv nor .json"),
+        (["-o", "motion"], "motion: is neither .csv nor .json"),
+    ],
+)
+def test_wrong_settings_are_one_line_that_says_why(
+    flags: list[str], told: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = Path("examples/double_pendulum.scene.yaml").resolve()
+    monkeypatch.chdir(tmp_path)
+    assert run(["simulate", str(scene), *flags]) == 2
+    captured = capsys.readouterr()
+    assert captured.err.startswith(f"symgen: {told}") and captured.err.count("\n") == 1
+    assert captured.out == "" and list(tmp_path.iterdir()) == []
+
+
+def test_folders_of_a_motion_are_made(tmp_path: Path) -> None:
+    motion = symgen.simulate("examples/double_pendulum.scene.yaml", t_end=0.01, samples=2)
+    motion.write(tmp_path / "new" / "m.CSV")
+    assert (tmp_path / "new" / "m.CSV").read_text(encoding="utf-8") == motion.to_csv()
+    with pytest.raises(SceneError, match="neither"):
+        motion.write(tmp_path / "m.txt")

@@ -48,7 +48,9 @@ def test_two_scenes_of_one_name(small: Small, tmp_path: Path, capsys: pytest.Cap
     other = tmp_path / "other.scene.yaml"
     other.write_bytes(small("one").read_bytes())
     line = refused([str(small("one")), str(other), "-o", str(tmp_path / "out")], capsys)
-    assert "'one' is the name of" in line and not (tmp_path / "out").exists()
+    assert line == f"{other}: 'one' is the name of {small('one')} too" and not (tmp_path / "out").exists()
+    line = refused([str(small("one")), str(small("one")), "-o", str(tmp_path / "out")], capsys)
+    assert line == f"{small('one')}: is given twice"
 
 
 @pytest.mark.parametrize("what", ["file", "folder", "link"])
