@@ -22,7 +22,7 @@ from symgen.bench.errors import Errors, Truth, errors_of, unpacked
 from symgen.bench.multiprecision import exact_outputs
 from symgen.bench.peers import forms, ours, registry
 from symgen.bench.result import BenchResult, FunctionFacts, Row
-from symgen.bench.variant import OURS, Array, Found, Left, Problem, State, Unit, Variant
+from symgen.bench.variant import OURS, STRIPPED, Array, Found, Left, Problem, State, Unit, Variant
 from symgen.bench.workshop import LIMIT_S, NATIVE, Compiled, CompileError, Workshop, compiler_version, open_workshop
 from symgen.catalogue import STATE_INPUTS, input_ports
 from symgen.errors import SceneError
@@ -112,9 +112,7 @@ def comparable(scene: Scene) -> tuple[Scene, list[str]]:
     notes = []
     if scene.forces or any(joint.damping for joint in scene.joints):
         scene = replace(scene, forces=(), joints=tuple(replace(joint, damping=Fraction(0)) for joint in scene.joints))
-        notes.append(
-            "springs and dampers are left out of the scene, for all: peers do not have them in these functions"
-        )
+        notes.append(STRIPPED)
     floating = any(joint.type == "floating" for joint in scene.joints)
     if floating and scene.options.base_velocity != "body":
         scene = replace(scene, options=replace(scene.options, base_velocity="body"))

@@ -30,6 +30,8 @@ def is_ours(program: str) -> bool:
     return program in (OURS, PRINTED) or program.startswith(f"{OURS} ")
 
 
+STRIPPED = "springs and dampers are left out of the scene, for all: peers do not have them in these functions"
+"""What is noted of scenes that have some."""
 FUNCTIONS = (
     "mass_matrix",
     "bias_force",
