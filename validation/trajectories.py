@@ -206,7 +206,9 @@ def refinement_rows(refinement: Refinement, source: str) -> list[Row]:
     if math.isfinite(refinement.order):
         lack = refinement.expected_order - refinement.order
         note = f"observed {refinement.order:.2f}, expected {refinement.expected_order}"
-        rows.append(Row("trajectory", f"{name}: order lacking", lack, ORDER_SLACK, note, source))
+        rows.append(
+            Row("trajectory", f"{name}: how far the observed order falls short", lack, ORDER_SLACK, note, source)
+        )
     return rows
 
 

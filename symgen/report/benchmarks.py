@@ -13,6 +13,7 @@ from symgen.report.plots import Axis, power
 from symgen.report.shell import ALONE, Place, page
 from symgen.report.svg import figure, path, tag
 from symgen.report.tables import Table, scientific
+from symgen.report.words import thousands
 
 Row = Mapping[str, Any]
 SMALLEST = 1e-16
@@ -64,7 +65,7 @@ def identifier(name: str) -> str:
 
 def milliseconds(seconds: float) -> str:
     """Three digits, without a power of ten."""
-    return f"{1e3 * seconds:.3g}" if seconds < 1.0 else f"{1e3 * seconds:,.0f}"
+    return f"{1e3 * seconds:.3g}" if seconds < 1.0 else thousands(1e3 * seconds)
 
 
 def _total(rows: Sequence[Row]) -> str:
@@ -118,7 +119,6 @@ def _answer(row: Row, axis: Axis, y: float) -> list[Markup]:
     error = axis.at(min(max(row["error"], SMALLEST), 1.0))
     style = "s0" if row["passed"] else "s3"
     line = tag("path", class_="slope", d=path([(error, y), (allowed, y)]))
-    title = tag(
-        "title", f"{row['problem']}, {row['quantity']}, {row['method']}: {row['error']:.1e} of {row['bar']:.0e}"
-    )
+    reached = f"{scientific(row['error'])} of {scientific(row['bar'])}"
+    title = tag("title", f"{row['problem']}, {row['quantity']}, {row['method']}: {reached}")
     return [line, bar, tag("circle", title, class_=f"mark {style}", cx=error, cy=y, r="4.5")]

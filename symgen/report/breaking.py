@@ -34,6 +34,10 @@ class Breaking(MathMl):
     closed: dict[str, str] = field(default_factory=dict, compare=False, repr=False)
     fractions: dict[str, tuple[str, str]] = field(default_factory=dict, compare=False, repr=False)
 
+    def number(self, mantissa: str, exponent: int) -> str:
+        """Powers of ten with ×, as in the tables."""
+        return super().number(mantissa, exponent).replace("<mo>·</mo>", "<mo>×</mo>")
+
     def sum(self, terms: Sequence[tuple[bool, str]]) -> str:
         text = super().sum(terms)
         self.sums[text] = tuple(terms)

@@ -18,7 +18,8 @@ from symgen.report.highlight import Linker, highlighted
 from symgen.report.mathml import math
 from symgen.report.phases import PHASES, split_heading
 from symgen.report.shell import Place, page
-from symgen.report.tables import Table, scientific
+from symgen.report.tables import Table, bound, scientific
+from symgen.report.words import thousands
 from symgen.scene.outputs import function_name
 from symgen.system import System
 
@@ -130,7 +131,9 @@ def _view(
 
 def _facts(row: Mapping[str, Any], letters: Mapping[str, str]) -> list[tuple[str, str | Markup]]:
     operations, certificate = row["operations"], row["certificate"]
-    counted = [f"{operations[key]} {key}" for key in ("add", "mul", "div", "sqrt", "sincos") if operations[key]]
+    counted = [
+        f"{thousands(operations[key])} {key}" for key in ("add", "mul", "div", "sqrt", "sincos") if operations[key]
+    ]
     doubt = scientific(certificate["failure_probability"])
     letter = letters[certificate["method"]]
     proof = Markup('{} by <a href="#method-{}">method {}</a> at {} points, wrong with a probability below {}')
@@ -243,7 +246,7 @@ def option_words(name: str, value: object) -> str:
     if value is None or value in ("", []):
         return "none"
     if name == "snap":
-        return f"mounting angles to within {scientific(float(str(value))).removeprefix('1.0 × ')} rad"
+        return f"mounting angles to within {bound(float(str(value)))} rad"
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, list):

@@ -11,8 +11,8 @@ from markupsafe import Markup
 
 from symgen.report.measured.loglog import Frame, Line, key, loglog
 from symgen.report.shell import ALONE, Place, page
-from symgen.report.tables import Table, scientific
-from symgen.report.words import counted, minus, superscript
+from symgen.report.tables import Table, bound, scientific
+from symgen.report.words import counted, minus, ten_to, thousands
 
 Finding = Mapping[str, Any]
 
@@ -79,9 +79,7 @@ _POWER = re.compile(r"\b(\d+(?:\.\d+)?)e([+-]?\d+)\b")
 
 def powers(text: str) -> str:
     """1e6 as it is written: 10⁶."""
-    return _POWER.sub(
-        lambda found: ("" if found[1] == "1" else f"{found[1]} × ") + f"10{superscript(int(found[2]))}", text
-    )
+    return _POWER.sub(lambda found: ten_to(found[1], int(found[2])), text)
 
 
 def slug(name: str) -> str:
@@ -196,10 +194,10 @@ def allowed(row: Finding) -> str:
     if not row["allowed"]:
         return ""
     bar = row["allowed"]
-    return f"≤ {bar:g}" if 1e-3 <= bar < 1e5 else f"≤ {scientific(bar).removeprefix('1.0 × ')}"
+    return f"≤ {bar:g}" if 1e-3 <= bar < 1e5 else f"≤ {bound(bar)}"
 
 
 def number(x: float) -> str:
     if 0 < x < 0.05:
         return "below 0.1"
-    return minus(f"{x:.1f}") if 0 < x < 100 else f"{x:.0f}" if x < 1e5 else scientific(x)
+    return minus(f"{x:.1f}") if 0 < x < 100 else thousands(x) if x < 1e5 else scientific(x)

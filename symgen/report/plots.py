@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from markupsafe import Markup
 
 from symgen.report.svg import figure, num, path, tag
-from symgen.report.words import minus, superscript
+from symgen.report.words import minus, superscript, thousands
 
 SERIES = 7
 """Colours of the style sheet."""
@@ -204,7 +204,7 @@ def bar_chart(groups: Sequence[tuple[str, Sequence[Bar]]], title: str, unit: str
             style = "bar chosen" if bar.chosen else "bar"
             parts.append(tag("text", bar.label, x=left - 8, y=y + 12, text_anchor="end"))
             parts.append(tag("rect", class_=style, x=left, y=y + 1, width=length, height=step - 6, rx="2"))
-            note = f"{bar.value:,}".replace(",", " ") + (f" {unit}, chosen" if bar.chosen else "")
+            note = thousands(bar.value) + (f" {unit}, chosen" if bar.chosen else "")
             parts.append(tag("text", note, class_="value", x=left + length + 7, y=y + 12))
             y += step
         y += gap - step

@@ -15,6 +15,7 @@ from markupsafe import Markup
 from symgen.report.labels import Box, Spot, place
 from symgen.report.plots import SERIES, power
 from symgen.report.svg import figure, path, tag
+from symgen.report.words import thousands
 
 BREAK = 2.5
 """Decades without a dot at which the vertical axis is broken."""
@@ -151,7 +152,7 @@ def _grid(x: Scale, bands: Sequence[Scale], x_label: str, y_label: str) -> list[
         place_ = x.at(value)
         parts += [tag("path", class_="grid", d=path([(place_, band.start), (place_, band.end)])) for band in bands]
         if digit == 1 or not crowded:
-            text = f"{value:,.0f}".replace(",", "\u202f") if value >= 1 else f"{value:g}"
+            text = thousands(value) if value >= 1 else f"{value:g}"
             parts.append(tag("text", text, x=place_, y=bottom + 16, text_anchor="middle"))
     for band in bands:
         few = band.high - band.low < 1.3

@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from symgen import show
 from symgen.natural.entities import Entity
-from symgen.report.words import direction, exact, minus, parent_name, superscript, triple
+from symgen.report.words import NO_BREAK, direction, exact, minus, parent_name, ten_to, thousands, triple
 from symgen.scene.joints import JOINT_TYPES
 from symgen.scene.model import GROUND
 from symgen.system import System
@@ -58,8 +58,13 @@ def scientific(value: float) -> str:
         return {math.inf: "∞", -math.inf: "−∞"}.get(value, "not a number")
     mantissa, _, exponent = f"{value:.1e}".partition("e")
     if -3 <= int(exponent) <= 3:
-        return minus(f"{value:.2g}" if abs(value) < 100 else f"{value:.0f}")
-    return f"{minus(mantissa)} × 10{superscript(int(exponent))}"
+        return minus(f"{value:.2g}") if abs(value) < 100 else thousands(value)
+    return ten_to(minus(mantissa), int(exponent))
+
+
+def bound(value: float) -> str:
+    """``10⁻¹²``, ``5.0 × 10⁻¹²``: as a criterion is written."""
+    return scientific(value).removeprefix(f"1.0{NO_BREAK}×{NO_BREAK}")
 
 
 def label_html(label: str) -> Markup:
@@ -215,8 +220,9 @@ def plans(rows: Sequence[Mapping[str, Any]]) -> Table:
         name = row["function"] if row["function"] != previous else ""
         previous = row["function"]
         operations = row["operations"]
-        counts = tuple(str(n) for n in operations.values()) if operations else ("–",) * 5
-        flops = Markup("<strong>{}</strong>").format(row["flops"]) if row["chosen"] else str(row["flops"])
+        counts = tuple(thousands(n) for n in operations.values()) if operations else ("–",) * 5
+        cost = thousands(row["flops"]) if operations else ""
+        flops = Markup("<strong>{}</strong>").format(cost) if row["chosen"] else cost
         plan = Markup("<strong>{}</strong> (chosen)").format(row["plan"]) if row["chosen"] else row["plan"]
         body.append((name, plan, *counts, flops if operations else "–", _why(row)))
     header = ("function", "plan", "add", "mul", "div", "sqrt", "sincos", "flops", "why")
@@ -252,7 +258,7 @@ def functions(manifest: Mapping[str, Any]) -> Table:
         outputs = ", ".join(_port(port) for port in row["outputs"])
         operations = row["operations"]
         flops = sum(operations[key] for key in ("add", "mul", "div", "sqrt"))
-        rows.append((row["name"], inputs, outputs, row["plan"], str(flops), str(operations["sincos"])))
+        rows.append((row["name"], inputs, outputs, row["plan"], thousands(flops), str(operations["sincos"])))
     header = ("function", "inputs", "outputs", "plan", "flops", "sincos")
     caption = "Generated functions; flops and sincos pairs as the emitted code performs them"
     return Table(caption, header, tuple(rows), frozenset({4, 5}))
@@ -303,7 +309,7 @@ def validation(result: ValidationResult) -> Table:
     for check, members in by_check.items():
         groups.append((check, len(rows)))
         for row in members:
-            criterion = f"≤ {scientific(row.criterion).removeprefix('1.0 × ')}"
+            criterion = f"≤ {bound(row.criterion)}"
             rows.append((row.quantity, scientific(row.value), criterion, verdict(row), note(row)))
     header = ("check", "value", "criterion", "verdict", "compared with")
     return Table("Checks", header, tuple(rows), frozenset({1, 2}), tuple(groups))

@@ -12,6 +12,7 @@ from symgen.system import System
 from symgen.topology.tree import TreeBody
 
 NO_BREAK = "\u00a0"
+NARROW = "\u202f"
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 COUNT = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 
@@ -24,11 +25,23 @@ def minus(text: str) -> str:
 def exact(value: Fraction) -> str:
     """A number as `symgen show` writes it, powers of ten set as such."""
     mantissa, _, exponent = number(value).partition("e")
-    return minus(f"{mantissa} × 10{superscript(int(exponent))}" if exponent else mantissa)
+    return ten_to(minus(mantissa), int(exponent)) if exponent else minus(mantissa)
 
 
 def superscript(exponent: int) -> str:
     return str(exponent).translate(SUPERSCRIPT)
+
+
+def ten_to(mantissa: str, exponent: int) -> str:
+    """``3.2 × 10⁻¹⁴``, which no line breaks; a mantissa of 1 or none is left out."""
+    power = f"10{superscript(exponent)}"
+    return power if mantissa in ("", "1") else f"{mantissa}{NO_BREAK}×{NO_BREAK}{power}"
+
+
+def thousands(value: float, digits: int = 0) -> str:
+    """``1200``, ``12 000``: narrow spaces that no line breaks between thousands, from ten thousand on."""
+    text = f"{value:,.{digits}f}"
+    return minus(text.replace(",", NARROW if abs(value) >= 1e4 else ""))
 
 
 def triple(values: Sequence[Fraction]) -> str:

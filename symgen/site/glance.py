@@ -12,6 +12,7 @@ from markupsafe import Markup
 from symgen.bench.result import BenchResult
 from symgen.bench.variant import OURS
 from symgen.report.tables import Table, scientific
+from symgen.report.words import thousands
 from symgen.system import System
 from symgen.validation.result import ValidationResult
 
@@ -65,7 +66,7 @@ def _operations(subject: Subject) -> Glance | None:
     if not counted:
         return None
     name = "forward_dynamics" if "forward_dynamics" in counted else max(counted, key=lambda n: counted[n])
-    return Glance(f"{counted[name]:,}", "operations", "", name)
+    return Glance(thousands(counted[name]), "operations", "", name)
 
 
 def _simulators(subject: Subject) -> Glance | None:
@@ -109,7 +110,7 @@ def _one_call(subject: Subject) -> list[Mapping[str, Any]]:
 def _digits(value: float, digits: int) -> str:
     """A positive number to so many digits, never as a power of ten."""
     before = len(str(int(value))) if value >= 1.0 else 0
-    return f"{value:,.{max(digits - before, 0)}f}"
+    return thousands(value, max(digits - before, 0))
 
 
 def _time(subject: Subject) -> Glance | None:

@@ -102,7 +102,7 @@ def test_the_page_of_the_hard_cases(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_powers_of_ten_are_written_as_such() -> None:
-    assert powers("1e6 times, 2.5e-3 m, at 1.0") == "10⁶ times, 2.5 × 10⁻³ m, at 1.0"
+    assert powers("1e6 times, 2.5e-3 m, at 1.0") == "10⁶ times, 2.5\u00a0×\u00a010⁻³ m, at 1.0"
 
 
 def test_choices_that_accuracy_made_are_listed() -> None:

@@ -14,7 +14,8 @@ import pytest
 from symgen.errors import SceneError
 from symgen.report import write_index, write_report
 from symgen.report.page import OF_FUNCTIONS, SECTIONS
-from symgen.report.words import introduction
+from symgen.report.tables import bound, scientific
+from symgen.report.words import introduction, thousands
 from symgen.scene.load import load
 from symgen.system import derive
 from tests.report import pages
@@ -213,3 +214,10 @@ def test_trajectories_with_nothing_finite_do_not_break_plots() -> None:
     assert "svg" in line_plot([nothing], "t", "time", "x", "m")
     assert loglog_plot([nothing], "t", "x", "y") == ""
     assert loglog_plot([], "t", "x", "y") == ""
+
+
+def test_numbers_have_one_style() -> None:
+    """Thousands with narrow spaces from ten thousand on, powers of ten with ×, and no line breaks in either."""
+    assert [thousands(x) for x in (999, 2077, 12345, 1234567)] == ["999", "2077", "12\u202f345", "1\u202f234\u202f567"]
+    assert scientific(1.6e-12) == "1.6\u00a0×\u00a010⁻¹²" and bound(1e-12) == "10⁻¹²" and scientific(0.0) == "0"
+    assert scientific(-5e7) == "−5.0\u00a0×\u00a010⁷"

@@ -263,7 +263,7 @@ def test_verdicts_are_counted_at_the_leaves() -> None:
 
 def test_numbers_at_a_glance_are_plain() -> None:
     shown = [glance._digits(x, 2) for x in (0.79, 1.0, 1.96, 12.4, 187.0, 1870.0)]
-    assert shown == ["0.79", "1.0", "2.0", "12", "187", "1,870"]
+    assert shown == ["0.79", "1.0", "2.0", "12", "187", "1870"]
     assert [glance._digits(x, 3) for x in (4.0, 17.0, 123.4)] == ["4.00", "17.0", "123"]
 
 

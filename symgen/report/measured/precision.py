@@ -11,7 +11,7 @@ from markupsafe import Markup
 from symgen.report.measured.loglog import Frame, Line, key, loglog
 from symgen.report.plots import power
 from symgen.report.tables import Table, scientific
-from symgen.report.words import listed
+from symgen.report.words import listed, thousands
 from symgen.validation.work_precision.energies import BOUNDED
 from symgen.validation.work_precision.energies import verdict as said
 
@@ -84,7 +84,7 @@ def _lines(points: Points, what: str) -> list[Line]:
         own = integrator.removeprefix("step:")
         kind = list(STEP_STYLES).index(own) if own in STEP_STYLES else kind
         places = tuple(
-            (max(p[what], SMALLEST), p["cpu_seconds"], f"{program}, {integrator}: {_knob(p)}, {p[what]:.1e}, "
+            (max(p[what], SMALLEST), p["cpu_seconds"], f"{program}, {integrator}: {_knob(p)}, {scientific(p[what])}, "
              f"{1e3 * p['cpu_seconds']:.3g} ms")
             for p in mine
         )  # fmt: skip
@@ -129,11 +129,15 @@ def _reached(points: Points) -> Table:
     return Table(caption, header, tuple(rows), frozenset({1, 2, 3, 4}), tuple(groups))
 
 
+def _ended(reason: str) -> str:
+    return reason.replace("left the numbers", "was no longer finite (infinity or NaN)")
+
+
 def _failed(points: Points) -> Table | None:
     lost = [p for p in points if p["failed"]]
     if not lost:
         return None
-    rows = tuple((p["program"], p["integrator"], _knob(p), p["failed"]) for p in lost)
+    rows = tuple((p["program"], p["integrator"], _knob(p), _ended(p["failed"])) for p in lost)
     header = ("program", "integrator", "setting", "what happened")
     return Table("Points that are not in the diagram (errors from 0.1 on count as failed)", header, rows)
 
@@ -163,7 +167,9 @@ def _step_line(method: str, points: tuple[tuple[float, float, str], ...], marks:
 
 def _order_diagram(rows: Points) -> Markup:
     lines = [
-        _step_line(row["method"], tuple((dt, error, f"{row['method']}: {error:.1e}") for dt, error in row["errors"]))
+        _step_line(
+            row["method"], tuple((dt, error, f"{row['method']}: {scientific(error)}") for dt, error in row["errors"])
+        )
         for row in rows
     ]
     return loglog(lines, Frame("Error against step", "step, s", "error of q and v", width=640, height=360))
@@ -190,7 +196,7 @@ def _energy(data: Mapping[str, Any]) -> dict[str, object]:
         for row in data["lines"]
     ]
     less = f", here without {listed(data['without'])}" if data["without"] else ""
-    words = f"{data['steps']:,} steps of {data['dt']:.3g} s from the same start{less}"
+    words = f"{thousands(data['steps'])} steps of {data['dt']:.3g} s from the same start{less}"
     frame = Frame(
         "Largest change of energy so far", "time, s", "largest relative change of the energy so far", height=380
     )
@@ -215,7 +221,7 @@ def _long_table(rows: Points) -> Table:
     for row in rows:
         numbers = tuple("–" if x is None else scientific(x) for x in (row["first"], row["last"]))
         growth = "–" if row["failed"] or row["growth"] is None else _times(row["growth"])
-        verdict = row["failed"] or said(*(math.inf if row[key] is None else row[key] for key in _RUN))
+        verdict = _ended(row["failed"]) or said(*(math.inf if row[key] is None else row[key] for key in _RUN))
         style = "pass" if verdict == BOUNDED else "fail"
         cells.append((row["method"], *numbers, growth, Markup('<span class="{}">{}</span>').format(style, verdict),
                       f"{row['cpu_seconds']:.3g}"))  # fmt: skip

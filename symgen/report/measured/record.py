@@ -8,6 +8,7 @@ from typing import Any
 from markupsafe import Markup
 
 from symgen.report.tables import Table
+from symgen.report.words import thousands
 
 
 def values(data: Mapping[str, Any]) -> dict[str, object]:
@@ -26,7 +27,7 @@ def values(data: Mapping[str, Any]) -> dict[str, object]:
 
 
 def _value(value: object) -> str:
-    return f"{value:,}" if isinstance(value, int) and not isinstance(value, bool) else str(value)
+    return thousands(value) if isinstance(value, int) and not isinstance(value, bool) else str(value)
 
 
 def _outcome(state: str, reason: str) -> str:

@@ -10,7 +10,7 @@ from markupsafe import Markup
 from symgen.report.measured.ranges import Range, ranges
 from symgen.report.svg import path, tag
 from symgen.report.tables import Table, scientific
-from symgen.report.words import counted, listed, minus
+from symgen.report.words import counted, listed, minus, thousands
 
 UNITS = {"double": 2.0**-53, "float": 2.0**-24}
 LEVELS = ((1.0, "u"),)
@@ -25,7 +25,7 @@ def values(data: Mapping[str, Any]) -> dict[str, object]:
     return {
         "lead": lead(data),
         "box": data["box"],
-        "states": f"{data['states']:,}".replace(",", "\u202f"),
+        "states": thousands(data["states"]),
         "search": data["search"],
         "drawing": drawing(data),
         "legend": LEGEND,

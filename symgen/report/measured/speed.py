@@ -10,7 +10,8 @@ from markupsafe import Markup
 from symgen.bench.errors import UNITS
 from symgen.bench.frontier import TIE
 from symgen.bench.result import BenchResult, Row
-from symgen.bench.variant import OURS, USUAL, is_ours
+from symgen.bench.variant import OURS, STRIPPED, USUAL, is_ours
+from symgen.report import words
 from symgen.report.scatter import Dot, Level, Stairs, scatter, shape_mark
 from symgen.report.svg import tag
 from symgen.report.tables import Table, scientific
@@ -159,7 +160,7 @@ def number(x: float | None, form: str = ".0f") -> str:
 
 
 def thousands(x: float | None) -> str:
-    return "–" if x is None else f"{x:,.0f}".replace(",", "\u202f")
+    return "–" if x is None else words.thousands(x)
 
 
 def ratio(x: float | None, y: float | None) -> str:
@@ -225,6 +226,8 @@ def functions_table(result: BenchResult) -> Table:
         )  # fmt: skip
     header = ("function", "plan", "flops", "sincos", "floor", "instructions", "instructions ÷ floor")
     caption = "The functions of symgen; the floor is what straight-line code needs at least"
+    if STRIPPED in result.notes:
+        caption += "; counted without springs and dampers, which peers lack, so fewer flops than elsewhere on this page"
     return Table(caption, header, tuple(rows), frozenset(range(2, 7)))
 
 
