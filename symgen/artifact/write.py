@@ -69,7 +69,10 @@ def check_target(out_dir: str | Path) -> None:
 
 
 def _cannot_write(error: OSError | ValueError, target: Path) -> SceneError:
-    return SceneError(f"cannot write here: {clean(getattr(error, 'strerror', None) or str(error))}", _shown(target))
+    reason = clean(getattr(error, "strerror", None) or str(error))
+    if isinstance(error, FileNotFoundError):  # the folder is what was to be made
+        reason = "no folder can be made there"
+    return SceneError(f"cannot write here: {reason}", _shown(target))
 
 
 def _shown(path: Path) -> str:
