@@ -12,7 +12,7 @@ import pytest
 
 from symgen.bench import BenchResult, FunctionFacts, Row, write_files
 from symgen.bench.page import bench_page
-from symgen.bench.variant import PRINTED, Left, is_ours
+from symgen.bench.variant import PRINTED, STRIPPED, Left, is_ours
 from symgen.report.labels import Box, Spot, place
 from symgen.report.measured import speed
 from symgen.report.peers import peers_page
@@ -163,6 +163,11 @@ def test_where_there_is_no_room_a_label_is_left_out() -> None:
 def test_ratios_at_the_same_place_stand_apart() -> None:
     drawing = str(strips([Strip("a", ((2.0, "x"), (2.0, "y"), (2.0, "z")), 0, "circle")], "t", "x"))
     assert len(set(re.findall(r'cy="([\d.]+)"', drawing))) == 3
+
+
+def test_what_is_left_out_is_said_where_it_is_counted(result: BenchResult) -> None:
+    assert "springs" not in speed.functions_table(result).caption
+    assert "without springs and dampers" in speed.functions_table(replace(result, notes=(STRIPPED,))).caption
 
 
 def test_our_expressions_by_another_printer_are_no_peer(result: BenchResult) -> None:
