@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from markupsafe import Markup
@@ -36,12 +35,15 @@ class _Layout:
     def at(self, name: str) -> tuple[float, float]:
         branch, depth = self.place[name]
         along, across = 60 + depth * (self.along if not self.flip else DOWN), 46 + branch * self.across
-        return (across + (40 if self.branches == 0 else 130), along - 20) if self.flip else (along, across)
+        return (across + (40 if self.branches == 0 else 0), along - 20) if self.flip else (along, across)
 
     @property
     def size(self) -> tuple[float, float]:
         if self.flip:
-            return (86 if self.branches == 0 else 176) + self.branches * self.across + 190, 80 + self.depth * DOWN
+            left, right = (86, 190) if self.branches == 0 else (46, max(176.0, self.across - 40))
+            return left + self.branches * self.across + right, 80 + self.depth * DOWN
+                176.0, self.across - 40
+            ), 80 + self.depth * DOWN
         return 120 + self.depth * self.along, 92 + self.branches * self.across
 
 
@@ -138,24 +140,17 @@ def _edge(joint: Joint, layout: _Layout, cut: bool) -> tuple[Markup, Markup]:
     text = _edge_text(joint, 26)
     if cut:
         return _cut_edge(joint, (x1, y1), (x2, y2), layout, text)
-    length = math.hypot(x2 - x1, y2 - y1)
-    ux, uy = (x2 - x1) / length, (y2 - y1) / length
-    start, end = (x1 + (RADIUS + 3) * ux, y1 + (RADIUS + 3) * uy), (x2 - (RADIUS + 5) * ux, y2 - (RADIUS + 5) * uy)
     style = "edge fixed" if joint.type == "fixed" else "edge"
-    middle = ((x1 + x2) / 2, (y1 + y2) / 2)
+    turn = RADIUS + 9  # out of the parent, across, then straight into the child: labels stand beside that last part
     if layout.flip:
-        left = x2 < x1 - 1
-        down = 15 if abs(x2 - x1) < 1 and layout.branches else -4 if abs(x2 - x1) > 1 else 4  # beside its neighbours
-        label = tag(
-            "text", text, x=middle[0] + (-12 if left else 12), y=middle[1] + down, class_="joint",
-            text_anchor="end" if left else None,
-        )  # fmt: skip
+        end, along = (x2, y2 - RADIUS - 5), (0.0, 1.0)
+        line = [(x1, y1 + RADIUS + 3), (x1, y1 + turn), (x2, y1 + turn), end]
+        label = tag("text", text, x=x2 + 9, y=y2 - RADIUS - 10, class_="joint")
     else:
-        below = y2 > y1 + 1
-        label = tag(
-            "text", text, x=middle[0], y=middle[1] + (20 if below else -9), text_anchor="middle", class_="joint"
-        )
-    return tag("g", tag("path", class_=style, d=path([start, end])), _head(end, (ux, uy))), label
+        end, along = (x2 - RADIUS - 5, y2), (1.0, 0.0)
+        line = [(x1 + RADIUS + 3, y1), (x1 + turn, y1), (x1 + turn, y2), end]
+        label = tag("text", text, x=(x1 + turn + end[0]) / 2, y=y2 - 8, text_anchor="middle", class_="joint")
+    return tag("g", tag("path", class_=style, d=path(line)), _head(end, along)), label
 
 
 def _head(tip: tuple[float, float], along: tuple[float, float]) -> Markup:

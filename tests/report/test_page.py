@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import re
@@ -15,6 +16,7 @@ from symgen.errors import SceneError
 from symgen.report import write_index, write_report
 from symgen.report.page import OF_FUNCTIONS, SECTIONS
 from symgen.report.tables import bound, scientific
+from symgen.report.topology_graph import topology_graph
 from symgen.report.words import introduction, thousands
 from symgen.scene.load import load
 from symgen.system import derive
@@ -221,3 +223,12 @@ def test_numbers_have_one_style() -> None:
     assert [thousands(x) for x in (999, 2077, 12345, 1234567)] == ["999", "2077", "12\u202f345", "1\u202f234\u202f567"]
     assert scientific(1.6e-12) == "1.6\u00a0×\u00a010⁻¹²" and bound(1e-12) == "10⁻¹²" and scientific(0.0) == "0"
     assert scientific(-5e7) == "−5.0\u00a0×\u00a010⁷"
+
+
+def test_edges_of_the_graph_run_straight_into_their_bodies() -> None:
+    """Beside a label no line slants: every edge is made of level and upright pieces."""
+    for name in ("payload", "gripper"):
+        for line in re.findall(r'class="edge(?: fixed)?" d="([^"]*)"', topology_graph(derive(load(example(name))))):
+            points = [tuple(map(float, pair.split())) for pair in re.findall(r"-?[\d.]+ -?[\d.]+", line)]
+            assert len(points) == 4
+            assert all(a[0] == b[0] or a[1] == b[1] for a, b in itertools.pairwise(points))
