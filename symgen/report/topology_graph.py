@@ -42,8 +42,6 @@ class _Layout:
         if self.flip:
             left, right = (86, 190) if self.branches == 0 else (46, max(176.0, self.across - 40))
             return left + self.branches * self.across + right, 80 + self.depth * DOWN
-                176.0, self.across - 40
-            ), 80 + self.depth * DOWN
         return 120 + self.depth * self.along, 92 + self.branches * self.across
 
 
