@@ -87,16 +87,21 @@ def log_axis(values: Sequence[float], start: float, end: float) -> Axis:
     return Axis(math.floor(low - 0.05), math.ceil(high + 0.05), start, end, log=True)
 
 
-def _frame(x: Axis, y: Axis, x_label: str, y_label: str) -> list[Markup]:
+NAMES = (33.0, 4.0, 9.0)
+"""How far the names of the axes stand off: below the horizontal axis, left of and above the vertical one."""
+
+
+def axes(x: Axis, y: Axis, x_label: str, y_label: str, names: tuple[float, float, float] = NAMES) -> list[Markup]:
     """Grid, tick labels, names of the axes."""
-    left, right, bottom, top = x.start, x.end, y.start, y.end
+    (left, right), bottom, top = sorted((x.start, x.end)), y.start, y.end
+    below, aside, above = names
     parts = [tag("path", class_="grid", d=path([(p, bottom), (p, top)])) for p, _ in x.ticks()]
     parts += [tag("path", class_="grid", d=path([(left, p), (right, p)])) for p, _ in y.ticks()]
     parts.append(tag("path", class_="axis", d=path([(left, top), (left, bottom), (right, bottom)])))
     parts += [tag("text", text, x=p, y=bottom + 16, text_anchor="middle") for p, text in x.ticks()]
     parts += [tag("text", text, x=left - 6, y=p + 4, text_anchor="end") for p, text in y.ticks()]
-    parts.append(tag("text", x_label, class_="name", x=(left + right) / 2, y=bottom + 33, text_anchor="middle"))
-    parts.append(tag("text", y_label, class_="name", x=left - 4, y=top - 9, text_anchor="start"))
+    parts.append(tag("text", x_label, class_="name", x=(left + right) / 2, y=bottom + below, text_anchor="middle"))
+    parts.append(tag("text", y_label, class_="name", x=left - aside, y=top - above, text_anchor="start"))
     return parts
 
 
@@ -109,13 +114,27 @@ def _curve(series: Series, x: Axis, y: Axis) -> list[Markup]:
     return parts
 
 
-def mark(kind: int, x: float, y: float, style: str) -> Markup:
-    """Circle, square, diamond: series differ by more than colour."""
-    if kind % 3 == 0:
-        return tag("circle", class_=f"mark {style}", cx=x, cy=y, r="4")
-    if kind % 3 == 1:
-        return tag("rect", class_=f"mark {style}", x=x - 3.6, y=y - 3.6, width="7.2", height="7.2")
-    return tag("path", class_=f"mark {style}", d=path([(x - 5, y), (x, y - 5), (x + 5, y), (x, y + 5)], close=True))
+def mark(kind: int, x: float, y: float, style: str, title: str = "") -> Markup:
+    """Circle, square, diamond, triangle, triangle upside down, bar: series differ by more than colour. ``title`` is
+    told when the mark is pointed at."""
+    inside = (tag("title", title),) if title else ()
+    k = kind % KINDS
+    if k == 0:
+        return tag("circle", *inside, class_=f"mark {style}", cx=x, cy=y, r="4")
+    if k == 1:
+        return tag("rect", *inside, class_=f"mark {style}", x=x - 3.6, y=y - 3.6, width="7.2", height="7.2")
+    corners = [(x + a, y + b) for a, b in OUTLINES[k]]
+    return tag("path", *inside, class_=f"mark {style}", d=path(corners, close=True))
+
+
+OUTLINES: dict[int, tuple[tuple[float, float], ...]] = {
+    2: ((-5, 0), (0, -5), (5, 0), (0, 5)),
+    3: ((-4.6, 3.6), (0, -4.8), (4.6, 3.6)),
+    4: ((-4.6, -3.6), (4.6, -3.6), (0, 4.8)),
+    5: ((-5, -2), (5, -2), (5, 2), (-5, 2)),
+}
+KINDS = 2 + len(OUTLINES)
+"""Marks that differ in shape."""
 
 
 def line_plot(
@@ -133,7 +152,7 @@ def line_plot(
     y = linear_axis([b for s in series for b in s.y if math.isfinite(b)] or [0.0], height - 42, 26)
     curves = [part for s in series for part in _curve(s, x, y)]
     label = f"{name}, {unit}" if unit else name
-    parts = [*_frame(x, y, x_label, label), *curves]
+    parts = [*axes(x, y, x_label, label), *curves]
     if not cursor:
         return figure(parts, width, height, title, class_="plot")
     parts.append(tag("path", class_="cursor", d=path([(x.start, y.start), (x.start, y.end)])))
@@ -156,7 +175,7 @@ def loglog_plot(
     if not xs or not ys:
         return Markup("")
     x, y = log_axis(xs, 66, width - 26), log_axis([min(ys) / BESIDE, *ys], height - 46, 30)
-    parts = _frame(x, y, x_label, y_label)
+    parts = axes(x, y, x_label, y_label)
     for s in series:
         kept = [(a, b) for a, b in zip(s.x, s.y, strict=True) if b > 0]
         clean = Series(s.name, tuple(a for a, _ in kept), tuple(b for _, b in kept), True, s.style)

@@ -96,22 +96,20 @@ def scatter(
     parts = _grid(x, bands, x_label, y_label)
     for level in levels:
         parts += _level(level, x, bands)
-    walked = [corners for stair in stairs for corners in _walk(stair, x, bands)]
-    for stair in stairs:
-        look = "stairs dashed" if stair.dashed else "stairs"
-        parts += [tag("path", class_=look, d=path(corners)) for corners in _walk(stair, x, bands)]
+    walked = [(stair, corners) for stair in stairs for corners in _walk(stair, x, bands)]
+    for stair, corners in walked:
+        parts.append(tag("path", class_="stairs dashed" if stair.dashed else "stairs", d=path(corners)))
     order = sorted(range(len(dots)), key=lambda k: not dots[k].strong)
     spots = [Spot(x.at(dots[k].x), _y(bands, dots[k].y), dots[k].label) for k in order]
     frame = Box(LEFT + 2, TOP - 8, width - 2, height - BOTTOM - 2)
-    labels = place(spots, frame, _boxes(walked, levels, x, bands))
-    for k, spot, label in zip(order, spots, labels, strict=True):
+    labels = place(spots, frame, _boxes([corners for _, corners in walked], levels, x, bands))
+    for k, label in zip(order, labels, strict=True):
         if label is not None:
             weight = " strong" if dots[k].strong else ""
             parts += [tag("path", class_="leader", d=path(label.line))] if label.line else []
             parts.append(
                 tag("text", label.text, class_=f"label{weight}", x=label.x, y=label.y, text_anchor=label.anchor)
             )
-        del spot
     parts += [dot_mark(dots[k], s.x, s.y) for k, s in reversed(list(zip(order, spots, strict=True)))]
     return figure(parts, width, height, title, class_="plot scatter")
 

@@ -8,12 +8,11 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from symgen.report.plots import SERIES, Axis, log_axis
+from symgen.report.plots import SERIES, Axis, axes, log_axis, mark
 from symgen.report.svg import figure, path, tag
 
 DASHES = (None, "7 4", "2 3", "9 3 2 3", "4 2")
-KINDS = 6
-"""Marks that differ in shape."""
+NAMES = (36.0, 40.0, 12.0)
 
 
 @dataclass(frozen=True)
@@ -41,30 +40,12 @@ class Frame:
     height: float = 500
 
 
-def shape(kind: int, x: float, y: float, style: str, title: str = "") -> Markup:
-    """Circle, square, diamond, triangle, triangle upside down, bar."""
-    inside = (tag("title", title),) if title else ()
-    k = kind % KINDS
-    if k == 0:
-        return tag("circle", *inside, class_=f"mark {style}", cx=x, cy=y, r="4")
-    if k == 1:
-        return tag("rect", *inside, class_=f"mark {style}", x=x - 3.6, y=y - 3.6, width="7.2", height="7.2")
-    outlines: dict[int, list[tuple[float, float]]] = {
-        2: [(-5, 0), (0, -5), (5, 0), (0, 5)],
-        3: [(-4.6, 3.6), (0, -4.8), (4.6, 3.6)],
-        4: [(-4.6, -3.6), (4.6, -3.6), (0, 4.8)],
-        5: [(-5, -2), (5, -2), (5, 2), (-5, 2)],
-    }
-    corners = [(x + a, y + b) for a, b in outlines[k]]
-    return tag("path", *inside, class_=f"mark {style}", d=path(corners, close=True))
-
-
 def key(line: Line) -> Markup:
     """What stands before a line's name in a legend."""
     name = f"s{line.style % SERIES}"
     curve = tag("path", class_=f"curve {name}", d="M0 6H30", stroke_dasharray=DASHES[line.kind % len(DASHES)])
-    mark = [shape(line.kind, 15.0, 6.0, name)] if line.marks else []
-    return tag("svg", curve, *mark, class_="plot", width="30", height="12", viewBox="0 0 30 12", aria_hidden="true")
+    sign = [mark(line.kind, 15.0, 6.0, name)] if line.marks else []
+    return tag("svg", curve, *sign, class_="plot", width="30", height="12", viewBox="0 0 30 12", aria_hidden="true")
 
 
 def loglog(lines: Sequence[Line], frame: Frame) -> Markup:
@@ -85,13 +66,12 @@ def loglog(lines: Sequence[Line], frame: Frame) -> Markup:
         if len(places) > 1:
             parts.append(tag("path", class_=f"curve {name}", d=path(places), stroke_dasharray=dash))
         if line.marks:
-            parts += [shape(line.kind, a, b, name, p[2]) for (a, b), p in zip(places, points, strict=True)]
+            parts += [mark(line.kind, a, b, name, p[2]) for (a, b), p in zip(places, points, strict=True)]
     return figure(parts, frame.width, frame.height, frame.title, class_="plot")
 
 
 def _ground(frame: Frame, x: Axis, y: Axis) -> list[Markup]:
     """Grey zone, grid, tick labels and names of the axes."""
-    left, right = sorted((x.start, x.end))
     bottom, top = y.start, y.end
     parts = []
     if frame.zone:
@@ -107,11 +87,4 @@ def _ground(frame: Frame, x: Axis, y: Axis) -> list[Markup]:
                 fill_opacity="0.09",
             )
         )
-    parts += [tag("path", class_="grid", d=path([(p, bottom), (p, top)])) for p, _ in x.ticks()]
-    parts += [tag("path", class_="grid", d=path([(left, p), (right, p)])) for p, _ in y.ticks()]
-    parts.append(tag("path", class_="axis", d=path([(left, top), (left, bottom), (right, bottom)])))
-    parts += [tag("text", text, x=p, y=bottom + 16, text_anchor="middle") for p, text in x.ticks()]
-    parts += [tag("text", text, x=left - 6, y=p + 4, text_anchor="end") for p, text in y.ticks()]
-    parts.append(tag("text", frame.x_label, class_="name", x=(left + right) / 2, y=bottom + 36, text_anchor="middle"))
-    parts.append(tag("text", frame.y_label, class_="name", x=left - 40, y=top - 12, text_anchor="start"))
-    return parts
+    return parts + axes(x, y, frame.x_label, frame.y_label, NAMES)
