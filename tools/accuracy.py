@@ -20,8 +20,9 @@ from symgen.accuracy.choices import Changed, changed, random_chain
 from symgen.accuracy.data import bounds
 from symgen.accuracy.measure import ROWS, Row, Settings, measurable, measure
 from symgen.accuracy.table import as_csv, as_json, as_markdown, as_text
-from symgen.accuracy.variants import STANDARD, UNITS
+from symgen.accuracy.variants import STANDARD
 from symgen.errors import SymgenError
+from symgen.program.rounding import UNITS
 from symgen.scene.load import load
 from symgen.scene.model import Scene
 from symgen.system import derive

@@ -22,7 +22,7 @@ from typing import Any
 from symgen.accuracy.balls import ArbNumbers, arb, ctx
 from symgen.errors import NotSupportedError, SceneError
 from symgen.program.instructions import Instruction, Program
-from symgen.program.rounding import is_datum
+from symgen.program.rounding import UNITS, is_datum
 
 Ball = Any
 Interval = tuple[float, float]
@@ -35,7 +35,6 @@ ENTIRE = 4.0
 ANGLES = 16.0
 SPHERE = 1e-6
 """Quaternions whose squared length is within twice this of 1 are covered."""
-UNITS = {"double": 2.0**-53, "float": 2.0**-24}
 
 
 @dataclass(frozen=True)

@@ -17,13 +17,12 @@ from symgen.plans.choose import Choice
 from symgen.plans.families import Family, families_of, output_merges
 from symgen.plans.lagging import lagging
 from symgen.program.instructions import count
+from symgen.program.rounding import UNITS
 from symgen.scene.canonical import with_hash
 from symgen.scene.model import Output, Scene
 from symgen.system import System
 
 Array = NDArray[np.float64]
-UNITS = {"double": 2.0**-53, "float": 2.0**-24}
-"""Half the distance from 1 to the next number."""
 LONGEST_LITERAL = 6
 """Velocities up to which the literal form is among the plans that are compared."""
 

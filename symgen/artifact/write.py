@@ -47,7 +47,7 @@ def write_artifact(out_dir: str | Path, files: Files) -> Path:
             if target.exists() or not _create(target, files):
                 _replace_files(target, files)
     except (OSError, ValueError) as error:
-        raise _cannot_write(error, target) from None
+        raise cannot_write(error, target) from None
     return target
 
 
@@ -65,10 +65,11 @@ def check_target(out_dir: str | Path) -> None:
         if not os.access(nearest, os.W_OK | os.X_OK):
             raise SceneError("this folder may not be written to", _shown(nearest))
     except (OSError, ValueError) as error:
-        raise _cannot_write(error, target) from None
+        raise cannot_write(error, target) from None
 
 
-def _cannot_write(error: OSError | ValueError, target: Path) -> SceneError:
+def cannot_write(error: OSError | ValueError, target: Path) -> SceneError:
+    """What is said of a folder that cannot be written."""
     reason = clean(getattr(error, "strerror", None) or str(error))
     if isinstance(error, FileNotFoundError):  # the folder is what was to be made
         reason = "no folder can be made there"

@@ -16,12 +16,10 @@ from symgen.bench.multiprecision import ZERO, exact_outputs
 from symgen.bench.variant import Array, Problem, State, Variant
 from symgen.errors import ToolError
 from symgen.program.instructions import Program
-from symgen.program.rounding import condition
+from symgen.program.rounding import UNITS, condition
 
 FEW = 5
 """States where fifty digits have to do: they take seconds each for long functions."""
-UNITS = {"double": 2.0**-53, "float": 2.0**-24}
-"""u: half the distance from 1 to the next number."""
 
 
 @dataclass(frozen=True)

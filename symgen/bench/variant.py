@@ -21,6 +21,8 @@ OURS = "symgen"
 """The name of our scalar functions among the variants; ratios are to these."""
 USUAL = (OURS, "symgen batch", "symgen soa")
 """Our functions as their scene asks for them: one state, and batches. What else is ours is a further form."""
+KANE = "sympy-kane"
+"""SymPy's KanesMethod."""
 PRINTED = f"{OURS}-casadi"
 """Our expressions as CasADi prints them: a form of ours, in the tables beside what peers have."""
 

@@ -32,12 +32,11 @@ from symgen.plans.inertia import Inertia, moment_of_inertia
 from symgen.plans.walk import BALL, FREE, SCREW, SLIDE, Links, Lowered, Moving
 from symgen.program.graph import Graph, Node, extract
 from symgen.program.instructions import Port
-from symgen.program.rounding import is_rounded, movements
+from symgen.program.rounding import UNITS, is_rounded, movements
 from symgen.velocity.values import Values
 
 Scalar = Any
 
-UNITS = {"double": 2.0**-53, "float": 2.0**-24}
 SAFETY = 8.0
 """A pivot must exceed what rounding makes of it by so much."""
 PROVEN = 2.0**13

@@ -22,6 +22,8 @@ Complex = NDArray[np.complex128]
 Moves = Callable[[Instruction], bool]
 """Which instructions are moved."""
 
+UNITS = {"double": 2.0**-53, "float": 2.0**-24}
+"""Precision → u, half the distance from 1 to the next number."""
 STEP = 1e-100
 TERMS = 14
 

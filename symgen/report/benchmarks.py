@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -13,7 +12,7 @@ from symgen.report.plots import Axis, power
 from symgen.report.shell import ALONE, Place, page
 from symgen.report.svg import figure, path, tag
 from symgen.report.tables import Table, scientific
-from symgen.report.words import thousands
+from symgen.report.words import slug, thousands
 
 Row = Mapping[str, Any]
 SMALLEST = 1e-16
@@ -60,7 +59,7 @@ def _notes(rows: Sequence[Row]) -> list[str]:
 
 def identifier(name: str) -> str:
     """A problem's name as an address within the page."""
-    return "p-" + re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
+    return "p-" + slug(name)
 
 
 def milliseconds(seconds: float) -> str:

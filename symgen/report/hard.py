@@ -12,7 +12,7 @@ from markupsafe import Markup
 from symgen.report.measured.loglog import Frame, Line, key, loglog
 from symgen.report.shell import ALONE, Place, page
 from symgen.report.tables import Table, bound, scientific
-from symgen.report.words import counted, minus, ten_to, thousands
+from symgen.report.words import counted, minus, slug, ten_to, thousands
 
 Finding = Mapping[str, Any]
 
@@ -80,10 +80,6 @@ _POWER = re.compile(r"\b(\d+(?:\.\d+)?)e([+-]?\d+)\b")
 def powers(text: str) -> str:
     """1e6 as it is written: 10⁶."""
     return _POWER.sub(lambda found: ten_to(found[1], int(found[2])), text)
-
-
-def slug(name: str) -> str:
-    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
 
 
 def _case(case: Mapping[str, Any], curves: Mapping[str, Any]) -> dict[str, Any]:

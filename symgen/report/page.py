@@ -101,6 +101,7 @@ def write_report(
     place: Place = ALONE,
     *,
     code_href: str = "",
+    system: System | None = None,
 ) -> IndexEntry:
     """Write the page of a scene and return its line of the index.
 
@@ -109,12 +110,14 @@ def write_report(
     ``code_href``: address of the page of the code (`symgen.report.code_page`), where there is one; else all functions
     stand on this page.
 
+    ``system``: the scene derived, where that is done already.
+
     ``artifact``: what `symgen.generate` made of the scene; without it the functions are generated in a temporary
     folder. Scenes with closed loops get a page without functions. The bytes depend on the arguments alone.
     Raises SceneError when the page cannot be written.
     """
     path = Path(path)
-    system = derive(scene)
+    system = derive(scene) if system is None else system
     drawing = draw(system)
     picture = render_drawing(drawing)
     subject = _Subject(system, drawing, picture, _refusal(system), validation_result, measured, place, code_href)
@@ -325,7 +328,7 @@ def _operations(system: System, refusal: str) -> dict[str, object]:
 
 
 def _equations(system: System, refusal: str, manifest: Mapping[str, Any] | None, code: str) -> dict[str, object]:
-    """``code``: where functions stand, ``{}`` being the name of one."""
+    """``code``: address of the page of the code; empty where functions stand on this one."""
     if refusal:
         return {"equations": []}
     found, scene, natural = list(equations(system)), system.scene, system.natural

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from fractions import Fraction
 
@@ -51,6 +52,11 @@ def triple(values: Sequence[Fraction]) -> str:
     if rounded:
         texts = [f"{float(value):.4g}" for value in values]
     return ("≈" if rounded else "") + minus(f"({f',{NO_BREAK}'.join(texts)})")
+
+
+def slug(name: str) -> str:
+    """A name as an address within a page."""
+    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
 
 
 def counted(n: int, singular: str, plural: str = "") -> str:

@@ -16,6 +16,7 @@ from pathlib import Path
 
 from symgen.artifact import check_target
 from symgen.artifact.staging import locked
+from symgen.artifact.write import cannot_write
 from symgen.errors import SceneError
 from symgen.scene.document import clean
 from symgen.scene.names import identifier
@@ -59,8 +60,7 @@ def opened(out: Path) -> Iterator[None]:
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        reason = "no folder can be made there" if isinstance(error, FileNotFoundError) else error.strerror or error
-        raise SceneError(f"cannot write here: {reason}", clean(str(out), 300)) from None
+        raise cannot_write(error, out) from None
     with locked(out):
         write_text(out / MARK, '{"format": 1}\n')
         yield

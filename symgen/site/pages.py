@@ -85,7 +85,7 @@ def make_pages(scene: Scene, out: Path, folder: str) -> Card:
     if artifact is not None:
         shown["record"] = {"rows": [_row(record, folder) for record in stored.values()]}
     code = CODE_PAGE if artifact is not None else ""
-    entry = write_report(out / folder / BOOK, scene, validation, artifact, shown, code_href=code)
+    entry = write_report(out / folder / BOOK, scene, validation, artifact, shown, code_href=code, system=system)
     pages = [("Equations", BOOK)]
     if artifact is not None:
         text = code_page(system, artifact.directory, artifact.manifest, ALONE, BOOK)

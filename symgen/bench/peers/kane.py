@@ -9,12 +9,11 @@ import numpy as np
 import sympy
 from sympy.physics import mechanics
 
-from symgen.bench.variant import INPUTS, Array, Found, Problem, Unit, Variant
+from symgen.bench.variant import INPUTS, KANE, Array, Found, Problem, Unit, Variant
 from symgen.bench.workshop import Workshop
 from symgen.errors import NotSupportedError
 from symgen.validation.mechanism import IDENTITY, Link, lump
 
-NAME = "sympy-kane"
 LARGEST = 3
 """Velocities beyond which derivation takes minutes."""
 HAS = ("mass_matrix", "bias_force")
@@ -39,7 +38,7 @@ def build(problem: Problem, workshop: Workshop) -> Found:
         arguments = ", ".join(f"{{{key}}}" for key in INPUTS[name])
         found.variants.append(
             Variant(
-                NAME, name, _prototype(name) + ";", f"kane_{name}({arguments}, {{out}});",
+                KANE, name, _prototype(name) + ";", f"kane_{name}({arguments}, {{out}});",
                 {key: problem.column(key) for key in INPUTS[name]}, sum(problem.shapes(name)),
                 lambda flat, state: [flat], (Unit(f"kane_{name}", text),),
                 generate_s=derived + time.process_time() - before, operations=operations,

@@ -8,8 +8,8 @@ import importlib.util
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
-from symgen.bench.peers import adam, casadi_c, kane, mujoco, pinocchio
-from symgen.bench.variant import PRINTED, Found, Left, Problem
+from symgen.bench.peers import adam, casadi_c, mujoco, pinocchio
+from symgen.bench.variant import KANE, PRINTED, Found, Left, Problem
 from symgen.bench.workshop import CompileError, Workshop
 from symgen.errors import NotSupportedError, SceneError, ToolError
 
@@ -33,6 +33,12 @@ def _module(*names: str) -> Callable[[], bool]:
     return lambda: all(importlib.util.find_spec(name) is not None for name in names)
 
 
+def _kane(problem: Problem, workshop: Workshop) -> Found:
+    from symgen.bench.peers import kane  # with it SymPy's mechanics, which take a while
+
+    return kane.build(problem, workshop)
+
+
 PEERS: tuple[Peer, ...] = (
     Peer(PRINTED, "our expressions as C by CasADi", _module("casadi"), casadi_c.own, "casadi", physics=False),
     Peer(pinocchio.CPP, "Pinocchio's C++, results left in its Data", pinocchio.has_cpp, pinocchio.cpp, "pin"),
@@ -52,7 +58,7 @@ PEERS: tuple[Peer, ...] = (
         adam.NAME, "C by CasADi from adam's algorithms, cse", _module("adam", "liecasadi"), adam.build,
         "adam-robotics",
     ),
-    Peer(kane.NAME, "SymPy's KanesMethod, cse, as C; small scenes only", _module("sympy"), kane.build, "sympy"),
+    Peer(KANE, "SymPy's KanesMethod, cse, as C; small scenes only", _module("sympy"), _kane, "sympy"),
 )  # fmt: skip
 
 

@@ -27,7 +27,8 @@ def values(data: Mapping[str, Any]) -> dict[str, object]:
     end = data["times"][-1]
     speed = next((x for x in SPEEDS if x <= 1 and end / x >= PLAYED), SPEEDS[-1])
     names = {1.0: "as it is", 2.0: "twice as fast"}
-    hidden = len(_curves(data)) - MOST
+    curves = _curves(data)
+    hidden = len(curves) - MOST
     return {
         "scene": data["scene"],
         "start": data["start"],
@@ -38,7 +39,7 @@ def values(data: Mapping[str, Any]) -> dict[str, object]:
         "speed": speed,
         "speeds": [(x, names.get(x, f"{x:g} times as fast"), x == speed) for x in SPEEDS],
         "energy": _energy(data),
-        "panels": [*_panels(data), _energies(data)],
+        "panels": [*_panels(data, curves[:MOST]), _energies(data)],
         "hidden": f"{counted(hidden, 'coordinate')} more {'is' if hidden == 1 else 'are'} not drawn"
         if hidden > 0
         else "",
@@ -86,9 +87,8 @@ def _curves(data: Mapping[str, Any]) -> list[_Curve]:
     return found
 
 
-def _panels(data: Mapping[str, Any]) -> list[dict[str, object]]:
+def _panels(data: Mapping[str, Any], curves: Sequence[_Curve]) -> list[dict[str, object]]:
     """Plots of what has one unit, a few curves in each."""
-    curves = _curves(data)[:MOST]
     groups: list[list[_Curve]] = []
     for what in dict.fromkeys(curve.what for curve in curves):
         members = [curve for curve in curves if curve.what == what]

@@ -7,12 +7,12 @@ from typing import Any
 
 from markupsafe import Markup
 
+from symgen.program.rounding import UNITS
 from symgen.report.measured.ranges import Range, ranges
 from symgen.report.svg import path, tag
 from symgen.report.tables import Table, scientific
 from symgen.report.words import counted, listed, minus, thousands
 
-UNITS = {"double": 2.0**-53, "float": 2.0**-24}
 LEVELS = ((1.0, "u"),)
 X_LABEL = "error relative to the result, in u of its precision (double 1.1 × 10⁻¹⁶, float 6.0 × 10⁻⁸)"
 STYLES = {"double": 0, "float": 3}
@@ -21,13 +21,13 @@ USUAL = "double"
 
 def values(data: Mapping[str, Any]) -> dict[str, object]:
     """``data``: what `symgen.accuracy.rounding_data` gave."""
-    rows = [row for row in data["rows"] if not _plan_only(row, data["rows"])]
+    rows = variants(data["rows"])
     return {
-        "lead": lead(data),
+        "lead": lead(rows),
         "box": data["box"],
         "states": thousands(data["states"]),
         "search": data["search"],
-        "drawing": drawing(data),
+        "drawing": drawing(rows),
         "legend": LEGEND,
         "rows": rows_table(rows),
         "plans": plans_table(data["rows"]),
@@ -45,18 +45,19 @@ LEGEND = (
 )  # fmt: skip
 
 
-def _plan_only(row: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> bool:
-    """Rows of the comparison of plans: those after the six variants of their function."""
-    own = [other for other in rows if other["function"] == row["function"] and other["variant"] == row["variant"]]
-    return row is not own[0]
+def variants(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """The first row of each variant of a function; those after it are of the comparison of plans."""
+    first: dict[tuple[str, str], Mapping[str, Any]] = {}
+    for row in rows:
+        first.setdefault((row["function"], row["variant"]), row)
+    return list(first.values())
 
 
 def functions(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     return list(dict.fromkeys(row["function"] for row in rows))
 
 
-def lead(data: Mapping[str, Any]) -> str:
-    rows = [row for row in data["rows"] if not _plan_only(row, data["rows"])]
+def lead(rows: Sequence[Mapping[str, Any]]) -> str:
     doubles = [row for row in rows if row["variant"] == USUAL]
     worst = max(doubles, key=_largest)
     most = max(row["backward"] for row in doubles)
@@ -79,8 +80,7 @@ def number(x: float) -> str:
     return minus(f"{x:.1f}") if x < 100 else f"{x:.0f}"
 
 
-def drawing(data: Mapping[str, Any]) -> Markup:
-    rows = [row for row in data["rows"] if not _plan_only(row, data["rows"])]
+def drawing(rows: Sequence[Mapping[str, Any]]) -> Markup:
     groups = [(function, [_range(row) for row in rows if row["function"] == function]) for function in functions(rows)]
     return ranges(groups, f"Rounding errors of {listed(functions(rows))}", X_LABEL, LEVELS)
 

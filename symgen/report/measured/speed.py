@@ -7,10 +7,10 @@ from typing import Any
 
 from markupsafe import Markup
 
-from symgen.bench.errors import UNITS
 from symgen.bench.frontier import TIE
 from symgen.bench.result import BenchResult, Row
 from symgen.bench.variant import OURS, STRIPPED, USUAL, is_ours
+from symgen.program.rounding import UNITS
 from symgen.report import words
 from symgen.report.scatter import Dot, Level, Stairs, scatter, shape_mark
 from symgen.report.svg import tag
