@@ -35,10 +35,15 @@ def normalised(place: Place, q: Sequence[Scalar]) -> Vec:
     return tuple(found)
 
 
+def turning(body: TreeBody) -> bool:
+    """Whether the joint has a quaternion of its own."""
+    return body.coupling is None and body.joint.type in ("spherical", "floating")
+
+
 def quaternions(tree: Tree) -> Iterator[int]:
     """Where the quaternions start in q."""
     for body in tree.bodies:
-        if body.coupling is None and body.joint.type in ("spherical", "floating"):
+        if turning(body):
             yield body.q + body.nq - 4
 
 
@@ -48,9 +53,9 @@ def logarithmic_rate(place: Place, u: Sequence[Scalar], v: Sequence[Scalar]) -> 
     IV.7); the sign is that of the side from which ⊕ turns."""
     found = list(v)
     for body in place.tree.bodies:
-        if body.coupling is None and body.joint.type in ("spherical", "floating"):
+        if turning(body):
             here = slice(body.v, body.v + body.nv)
-            x, y, world = tuple(u[here]), tuple(v[here]), _of_ground(place, body)
+            x, y, world = tuple(u[here]), tuple(v[here]), in_ground_axes(place, body)
             once = _bracket(place, body, x, y)
             twice = _bracket(place, body, x, once)
             half = tuple(mul(-HALF if world else HALF, z) for z in once)
@@ -58,7 +63,7 @@ def logarithmic_rate(place: Place, u: Sequence[Scalar], v: Sequence[Scalar]) -> 
     return tuple(found)
 
 
-def _of_ground(place: Place, body: TreeBody) -> bool:
+def in_ground_axes(place: Place, body: TreeBody) -> bool:
     """Whether the joint's angular velocity is in ground axes, and ⊕ turns from the left."""
     return body.joint.type == "floating" and place.values.scene.options.base_velocity == "world"
 

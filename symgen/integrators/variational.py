@@ -14,7 +14,7 @@ from fractions import Fraction
 from typing import Any
 
 from symgen.algebra.linear import Vec, add, cross, dot, matvec, mul, scale, sub, transpose, vadd, vsub
-from symgen.integrators.geometry import HALF, factored, moved, rate, solved, square
+from symgen.integrators.geometry import HALF, factored, in_ground_axes, moved, rate, solved, square, turning
 from symgen.integrators.model import Arrays, Evaluate, Function, Method, Operation, Place, Update
 from symgen.topology.tree import TreeBody
 from symgen.velocity.rotation import quaternion_product, quaternion_rotation, renormalise
@@ -26,15 +26,6 @@ coarse steps, some forty of a swing, six are seen to be too few over a million o
 QUARTER = Fraction(1, 4)
 
 
-def _turning(body: TreeBody) -> bool:
-    return body.coupling is None and body.joint.type in ("spherical", "floating")
-
-
-def _in_ground_axes(place: Place, body: TreeBody) -> bool:
-    """Whether the joint's angular velocity is in ground axes, and turns from the left."""
-    return body.joint.type == "floating" and place.values.scene.options.base_velocity == "world"
-
-
 # --- where a step leads ----------------------------------------------------------------------------------------------
 
 
@@ -43,7 +34,7 @@ def places(place: Place, q: Sequence[Scalar], v: Sequence[Scalar], dt: Scalar) -
     along = rate(place, q, v)
     middle, end = list(moved(q, mul(HALF, dt), along)), list(moved(q, dt, along))
     for body in place.tree.bodies:
-        if _turning(body):
+        if turning(body):
             start = body.q + body.nq - 4
             here = slice(start, start + 4)
             turn = tuple(v[body.v + body.nv - 3 : body.v + body.nv])
@@ -60,7 +51,7 @@ def _turned(place: Place, body: TreeBody, q: Vec, x: Vec) -> tuple[Vec, Vec]:
     length = dot(x, x)
     over = 1 / add(1, length)
     whole = (*scale(mul(2, over), x), mul(sub(1, length), over))
-    if _in_ground_axes(place, body):
+    if in_ground_axes(place, body):
         to_joint = transpose(place.values.matrix(body.joint.origin.rotation))
         half, whole = (*matvec(to_joint, x), 1), (*matvec(to_joint, whole[:3]), whole[3])
         return quaternion_product(half, q), renormalise(quaternion_product(whole, q))
@@ -80,7 +71,7 @@ def _cayley(u: Vec, x: Vec) -> Vec:
 def _half_turn(place: Place, body: TreeBody, v: Sequence[Scalar], dt: Scalar) -> Vec:
     """u = ½ dt ω, with the sign of the side from which it turns."""
     turn = tuple(v[body.v + body.nv - 3 : body.v + body.nv])
-    return scale(mul(-HALF if _in_ground_axes(place, body) else HALF, dt), turn)
+    return scale(mul(-HALF if in_ground_axes(place, body) else HALF, dt), turn)
 
 
 def _impulses(place: Place, body: TreeBody, x: Arrays) -> tuple[list[Vec], list[Vec]]:
@@ -120,7 +111,7 @@ def momenta_before(place: Place, x: Arrays) -> list[Scalar]:
     half = mul(HALF, x["dt"][0])
     found = [sub(p, mul(half, add(f, t))) for p, f, t in zip(x["P"], x["P_rate"], x["tau"], strict=True)]
     for body in place.tree.bodies:
-        if _turning(body):
+        if turning(body):
             means, changes = _impulses(place, body, x)
             before = [vsub(mean, scale(HALF, change)) for mean, change in zip(means, changes, strict=True)]
             u = _half_turn(place, body, x["v"], x["dt"][0])
@@ -133,7 +124,7 @@ def momenta_after(place: Place, x: Arrays) -> list[Scalar]:
     dt = x["dt"][0]
     found = [add(p, mul(dt, add(f, t))) for p, f, t in zip(x["P0"], x["P_rate"], x["tau"], strict=True)]
     for body in place.tree.bodies:
-        if _turning(body):
+        if turning(body):
             _, changes = _impulses(place, body, x)
             back = scale(-1, _half_turn(place, body, x["v"], dt))
             first = tuple(x["P0"][body.v : body.v + body.nv])

@@ -10,6 +10,7 @@ import numpy as np
 
 from symgen.simulate.model import Array, Model
 from symgen.simulate.run import simulate
+from symgen.validation.work_precision.setting import FINEST
 
 STATED = {"semi_implicit_euler": 1, "rk4": 4, "lie": 4, "implicit_midpoint": 2, "variational": 2}
 COUNTS = {1: (256, 512, 1024, 2048), 2: (64, 128, 256, 512), 4: (16, 32, 64, 128)}
@@ -17,7 +18,6 @@ COUNTS = {1: (256, 512, 1024, 2048), 2: (64, 128, 256, 512), 4: (16, 32, 64, 128
 SLACK = 0.3
 ROUNDING = 1e-11
 """Errors below say nothing of the order."""
-FINEST: dict[str, Any] = {"rtol": 1e-13, "atol": 1e-15}
 
 
 @dataclass(frozen=True)

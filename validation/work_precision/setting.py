@@ -14,6 +14,7 @@ from symgen.scene.model import Scene
 from symgen.scene.outputs import STEPS
 from symgen.simulate.model import Model
 from symgen.simulate.run import simulate
+from symgen.validation.invariants import is_conservative
 from symgen.validation.mechanism import Array, Mechanism, build_mechanism, link_poses
 from symgen.validation.trajectories import flat, start_state
 
@@ -65,11 +66,6 @@ class Setting:
         return abs(float(kinetic[0] + potential[0]) - self.energy.start) / self.energy.scale
 
 
-def keeps_energy(scene: Scene) -> bool:
-    """Nothing damps (joint forces are zero throughout)."""
-    return not any(joint.damping for joint in scene.joints) and not any(bool(force.damping) for force in scene.forces)
-
-
 def undamped(scene: Scene) -> Scene:
     """The same without dampers."""
     return replace(
@@ -102,7 +98,7 @@ def prepare(scene: Scene, end: float) -> Setting:
     q, v = start_state(mechanism, SEED)
     motion = simulate(model, list(q), list(v), end, **FINEST)
     scale = max(abs(float(motion.energy[0])), float(np.max(motion.kinetic)), 1e-300)
-    energy = Energy(float(motion.energy[0]), scale, keeps_energy(scene))
+    energy = Energy(float(motion.energy[0]), scale, is_conservative(mechanism))
     right = flat([link_poses(mechanism, motion.q[-1])])
     at = Setting(scene, mechanism, q, v, end, model, right, energy, ())
     return checked(at, "steps of order 4, extrapolated", lambda: extrapolated(at))
